@@ -19,22 +19,42 @@ from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 
 @cache
-def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Return ``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
+def make_functions(lanes: Lanes) -> SimpleNamespace:
+    """Return ``tile_box``, which stages share that bound paths."""
     dtype, vec2 = lanes.dtype, lanes.vec2
-    v = lanes.functions
-    walk = edges.make_functions(lanes)
-    width, bits = wp.constant(lanes.width), wp.constant(edges.TILE_BITS)
-    half_side, per_side = wp.constant(dtype(TILE / 2)), wp.constant(dtype(1 / TILE))
-    farthest = wp.constant(dtype(COORDINATE_MAX))
-    side = wp.constant(dtype(TILE))
-    module = stage_module("binning", lanes)
+    side, zero = wp.constant(dtype(TILE)), wp.constant(dtype(0.0))
 
     @wp.func
     def tile_of(coordinate: dtype, tile_count: int):
         """Return the tile of a coordinate, clamped to [0, tile_count]."""
         tile = wp.floor(coordinate / side)
-        return int(wp.clamp(tile, dtype(0.0), dtype(tile_count)))
+        return int(wp.clamp(tile, zero, dtype(tile_count)))
+
+    @wp.func
+    def tile_box(low: vec2, high: vec2, is_wild: bool, tile_rows: int, tile_columns: int):
+        """Return the tiles of a box of pixels, the last two exclusive; none if it is off the canvas or not finite."""
+        left, top = tile_of(low[0], tile_columns), tile_of(low[1], tile_rows)
+        right = wp.min(tile_of(high[0], tile_columns) + 1, tile_columns)
+        bottom = wp.min(tile_of(high[1], tile_rows) + 1, tile_rows)
+        off_canvas = high[0] <= zero or high[1] <= zero or left >= right or top >= bottom
+        if off_canvas or is_wild:
+            right = left
+            bottom = top
+        return wp.vec4i(left, top, right, bottom)
+
+    return bundle(tile_box)
+
+
+@cache
+def make_kernels(lanes: Lanes) -> SimpleNamespace:
+    """Return ``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
+    dtype, vec2 = lanes.dtype, lanes.vec2
+    v = lanes.functions
+    walk, boxes = edges.make_functions(lanes), make_functions(lanes)
+    width, bits = wp.constant(lanes.width), wp.constant(edges.TILE_BITS)
+    half_side, per_side = wp.constant(dtype(TILE / 2)), wp.constant(dtype(1 / TILE))
+    farthest, side = wp.constant(dtype(COORDINATE_MAX)), wp.constant(dtype(TILE))
+    module = stage_module("binning", lanes)
 
     @wp.kernel(module=module)
     def bound_paths(
@@ -69,17 +89,10 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             -v.lane_max(v.sub(v.spread(dtype(0.0)), most_left)), -v.lane_max(v.sub(v.spread(dtype(0.0)), highest))
         )
         high = vec2(v.lane_max(most_right), v.lane_max(lowest))
-        left = tile_of(low[0], tile_columns)
-        top = tile_of(low[1], tile_rows)
-        right = wp.min(tile_of(high[0], tile_columns) + 1, tile_columns)
-        bottom = wp.min(tile_of(high[1], tile_rows) + 1, tile_rows)
-        off_canvas = high[0] <= dtype(0.0) or high[1] <= dtype(0.0) or left >= right or top >= bottom
-        if off_canvas or v.lane_max(wild) > dtype(0.0):
-            right = left
-            bottom = top
-        path_tile_box[path] = wp.vec4i(left, top, right, bottom)
-        path_strip_count[path] = bottom - top
-        path_pair_count[path] = (bottom - top) * (right - left)
+        box = boxes.tile_box(low, high, v.lane_max(wild) > dtype(0.0), tile_rows, tile_columns)
+        path_tile_box[path] = box
+        path_strip_count[path] = box[3] - box[1]
+        path_pair_count[path] = (box[3] - box[1]) * (box[2] - box[0])
 
     @wp.kernel(module=module)
     def list_strips(

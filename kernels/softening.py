@@ -16,7 +16,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.kernels import compositing
+from warpvec.kernels import binning, compositing
 from warpvec.kernels.constants import COLUMNS, COORDINATE_MAX, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
@@ -78,14 +78,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     dtype, vec2, vector = lanes.dtype, lanes.vec2, lanes.vector
     v = lanes.functions
     pixels, layers = compositing.make_functions(lanes), make_functions(lanes)
+    boxes = binning.make_functions(lanes)
     zero = wp.constant(dtype(0.0))
     blocks, tile_size = wp.constant(lanes.blocks), wp.constant(TILE * lanes.blocks)
     tile_vectors, tile_threads = wp.constant(lanes.tile_vectors), wp.constant(lanes.tile_threads)
     module = stage_module("softening", lanes)
-
-    @wp.func
-    def tile_of(coordinate: dtype, tile_count: int):
-        return int(wp.clamp(wp.floor(coordinate / dtype(TILE)), zero, dtype(tile_count)))
 
     @wp.kernel(module=module)
     def bound_soft_paths(
@@ -106,27 +103,21 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path = first + wp.tid()
         if path_reach[path] == 0:
             return
-        reach = dtype(path_reach[path])
+        reach = vec2(dtype(path_reach[path]))
         low, high = vec2(dtype(COORDINATE_MAX)), vec2(-dtype(COORDINATE_MAX))
         start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
-        is_tame = int(1)
+        is_wild = bool(False)
         for vertex in range(start, segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]):
             place = vertices[vertex]
             # A comparison with what is not a number is false.
             if wp.abs(place[0]) < dtype(COORDINATE_MAX) and wp.abs(place[1]) < dtype(COORDINATE_MAX):
                 low, high = wp.min(low, place), wp.max(high, place)
             else:
-                is_tame = 0
-        left, top = tile_of(low[0] - reach, tile_columns), tile_of(low[1] - reach, tile_rows)
-        right = wp.min(tile_of(high[0] + reach, tile_columns) + 1, tile_columns)
-        bottom = wp.min(tile_of(high[1] + reach, tile_rows) + 1, tile_rows)
-        off_canvas = high[0] + reach <= zero or high[1] + reach <= zero or left >= right or top >= bottom
-        if off_canvas or is_tame == 0:
-            right = left
-            bottom = top
-        path_tile_box[path] = wp.vec4i(left, top, right, bottom)
-        path_strip_count[path] = bottom - top
-        path_pair_count[path] = (bottom - top) * (right - left)
+                is_wild = True
+        box = boxes.tile_box(low - reach, high + reach, is_wild, tile_rows, tile_columns)
+        path_tile_box[path] = box
+        path_strip_count[path] = box[3] - box[1]
+        path_pair_count[path] = (box[3] - box[1]) * (box[2] - box[0])
 
     @wp.kernel(module=module)
     def mark_soft_pairs(

@@ -70,6 +70,13 @@ export function rotation(radians, x, y) {
   return [cos, sin, -sin, cos, x - cos * x + sin * y, y - sin * x - cos * y];
 }
 
+/** Returns how many times as long a matrix makes lengths: the root of how many times as large it makes areas.
+ *
+ * @param {number[]} matrix */
+export function scaleOf([a, b, c, d]) {
+  return Math.sqrt(Math.abs(a * d - b * c));
+}
+
 export function translation(x, y) {
   return [1, 0, 0, 1, x, y];
 }

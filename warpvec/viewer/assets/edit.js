@@ -1,6 +1,6 @@
 /* Commands that change the selected paths. */
 
-import { multiply, rotation, scaling, translation } from "viewer/basics.js";
+import { multiply, rotation, scaleOf, scaling, translation } from "viewer/basics.js";
 import { FORM_NAMES, shapeOfForm, transformForm } from "viewer/forms.js";
 import { paintOf, recolored, transformFill, withPaint } from "viewer/gradients.js";
 import { nodesOf } from "viewer/nodes.js";
@@ -209,7 +209,7 @@ function freeNumber(layers) {
 }
 
 export function transformed(item, matrix) {
-  const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
+  const scale = scaleOf(matrix);
   const paint = item.stroke && transformFill(item.stroke.color, matrix);
   const stroke = item.stroke && { ...item.stroke, color: paint, width: item.stroke.width * scale };
   const shape = { ...transformShape(item.shape, matrix), form: transformForm(item.shape.form, matrix) };

@@ -4,7 +4,7 @@
  * a "radial" one, in user units; a radial one may have a matrix [a, b, c, d, e, f] that makes it an ellipse. A stop is
  * {offset, color, opacity}; there are two at least, in rising order. `onCanvas` is made when it is first drawn. */
 
-import { multiply, parseTransform } from "viewer/basics.js";
+import { multiply, parseTransform, scaleOf } from "viewer/basics.js";
 import { clamp01, shortColor, writeOpacity } from "viewer/colors.js";
 import { formatNumber } from "viewer/paths.js";
 
@@ -67,7 +67,7 @@ function transformLinear([x1, y1, x2, y2], matrix) {
 function transformRadial({ numbers, matrix: own }, matrix) {
   const whole = own ? multiply(matrix, own) : matrix;
   const [a, b, c, d] = whole;
-  const scale = Math.sqrt(Math.abs(a * d - b * c));
+  const scale = scaleOf(whole);
   const error = Math.max(Math.abs(Math.hypot(a, b) - scale), Math.abs(Math.hypot(c, d) - scale));
   if (error > 1e-6 * scale) return { numbers, matrix: whole };
   const [cx, cy, r, fx, fy] = numbers;

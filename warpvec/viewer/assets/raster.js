@@ -1,5 +1,6 @@
 /* Draws on canvases. Drawing is a generator, so that a long one can be spread over several frames. */
 
+import { scaleOf } from "viewer/basics.js";
 import { fillPath, strokePath } from "viewer/ink.js";
 import { boxesMeet, grownBox, path2dOf } from "viewer/paths.js";
 
@@ -40,17 +41,17 @@ export function* painting(context, items, palette, window) {
 
 function paintItem(context, item, palette) {
   context.globalAlpha = item.opacity;
-  if (item.softness) context.filter = `blur(${item.softness * scaleOf(context)}px)`;
+  // A filter does not follow the context's transform.
+  if (item.softness) context.filter = `blur(${item.softness * scaleOf(matrixOf(context))}px)`;
   const color = palette.colorOf(item);
   if (item.fill) fillPath(context, path2dOf(item.shape), item.rule, color ?? item.fill);
   if (item.stroke) strokePath(context, path2dOf(item.shape), item.stroke, color ?? item.stroke.color);
   if (item.softness) context.filter = "none";
 }
 
-/** Returns how many pixels a user unit has in the context's transform: a filter does not follow it. */
-function scaleOf(context) {
-  const { a, b, c, d } = context.getTransform();
-  return Math.sqrt(Math.abs(a * d - b * c));
+function matrixOf(context) {
+  const { a, b, c, d, e, f } = context.getTransform();
+  return [a, b, c, d, e, f];
 }
 
 // A canvas of one pixel, on which paths are asked for a point.

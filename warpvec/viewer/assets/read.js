@@ -8,7 +8,7 @@
  * rule, stroke, softness, origin}; fill and the colour of the stroke are as in gradients.js, the softness as in blurs.js, and
  * origin is the item as it was read, or null. */
 
-import { multiply, parseTransform, pathDataOf } from "viewer/basics.js";
+import { multiply, parseTransform, pathDataOf, scaleOf } from "viewer/basics.js";
 import { readBlurs } from "viewer/blurs.js";
 import { clamp01, hexColor } from "viewer/colors.js";
 import { nextVersion } from "viewer/commands.js";
@@ -139,7 +139,7 @@ class Reader {
     const [fill, stroke] = [context.fill, context.stroke].map((paint) => this.placedPaint(paint, plain.box, matrix));
     if (!plain.subpaths.length || (!fill && !stroke)) return;
     const parsed = moved ? transformShape(plain, matrix) : plain;
-    const scale = Math.sqrt(Math.abs(matrix[0] * matrix[3] - matrix[1] * matrix[2]));
+    const scale = scaleOf(matrix);
     const item = {
       layer,
       shape: verbatim && !moved ? parsed : { ...parsed, d: null, form },
@@ -184,11 +184,11 @@ class Reader {
   }
 
   /** Returns the standard deviation in user units of the canvas of the blur that a filter is; 0 for other filters. */
-  blur(filter, [a, b, c, d]) {
+  blur(filter, matrix) {
     if (filter === "none") return 0;
     const sigma = this.blurs.get(filter.match(/^url\(\s*["']?#([^"')]+)/)?.[1]);
     if (sigma === undefined) this.note("filter, not shown");
-    return (sigma ?? 0) * Math.sqrt(Math.abs(a * d - b * c));
+    return (sigma ?? 0) * scaleOf(matrix);
   }
 
   /** Returns a property from the style attribute, a style sheet or an attribute, in this order. */
