@@ -20,11 +20,11 @@ SHADOWED = """<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><de
 <filter id="b" x="-100%" y="-100%" width="300%" height="300%" color-interpolation-filters="sRGB">
 <feGaussianBlur stdDeviation="{sigma}"/></filter></defs><rect width="80" height="80" fill="{ground}"/>
 <g transform="translate({x} {y})"><path filter="url(#b)" fill="{color}" fill-opacity=".6" d="M24 24h28v16h-12v14h-16z"/>
-</g><path fill="#2f7de0" d="M24 24h28v16h-12v14h-16z"/></svg>"""
+</g><path fill="#2f7de0" d="M24 24h28v16h-12v14h-16z"/>{top}</svg>"""
 
 
 def picture(**values: object) -> np.ndarray:
-    text = SHADOWED.format(**{"sigma": 3, "ground": "#fff", "color": "#000", "x": 4, "y": 6, **values})
+    text = SHADOWED.format(**{"sigma": 3, "ground": "#fff", "color": "#000", "x": 4, "y": 6, "top": "", **values})
     return draw_8_bits(read_svg(text).scene, SIDE, SIDE, 1).astype(np.float32) / 255.0
 
 
@@ -40,6 +40,15 @@ def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tup
     assert found.offset == pytest.approx(offset, abs=0.3)
     change = np.array(parse_color(color)) - np.array(parse_color(ground))
     assert np.abs(found.amplitude - 0.6 * change).max() <= 6.0 / 255.0
+
+
+def test_what_lies_on_the_shape_stays_as_it_is_without_the_shadow() -> None:
+    """The anti-aliased edge of a disk on a shape mixes two colours of the drawing, and none with the ground."""
+    pytest.importorskip("svgelements")
+    image = picture(top='<circle cx="37.4" cy="32.3" r="6" fill="#fc3"/>')
+    found = find_shadow(image)
+    assert found is not None
+    np.testing.assert_allclose(found.clean[25:40, 25:51], image[25:40, 25:51], atol=1e-6)
 
 
 def test_a_picture_without_a_shadow_has_none() -> None:

@@ -86,7 +86,7 @@ def find_shadow(image: Floats32) -> Shadow | None:
     shade = _moved_blur(cast, offset, sigma)[..., None] * amplitude
     # Nothing else is on the ground, or it is no part of the shadow and stays.
     clean = levels - (1.0 - covered[..., None]) * shade
-    edge = near & ~(casters & (plateaus > 0))
+    edge = near & ~casters
     clean[edge] = _unshaded(levels, color, shade, casters & (plateaus > 0), edge)
     clean[~near & (np.abs(clean - color).max(2) <= 3.0 * SOFTNESS.alike)] = color
     cleaned: Floats32 = (np.clip(clean, 0.0, 255.0) / 255.0).astype(np.float32)
