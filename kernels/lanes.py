@@ -67,7 +67,12 @@ def bundle(*functions: Any) -> SimpleNamespace:
 
 def stage_module(stage: str, lanes: Lanes) -> wp.Module:
     """Return the Warp module (one compile unit) of a stage's kernels for these lanes."""
-    module = wp.get_module(f"warpvec.kernels.{stage}.{lanes.name}")
+    return unit(f"{stage}.{lanes.name}")
+
+
+def unit(name: str) -> wp.Module:
+    """Return the Warp module of a name. All are compiled alike: Warp reads its headers once for each set of flags."""
+    module = wp.get_module(f"warpvec.kernels.{name}")
     # max_unroll=1 keeps the 16 columns of a tile in one small loop. The adjoints are written by hand.
     flags = CPU_FLAGS + CPU_FLAGS_X86 * (platform.machine() in ("x86_64", "AMD64"))
     module.options.update(enable_backward=False, max_unroll=1, cpu_compiler_flags=flags, optimization_level=3)

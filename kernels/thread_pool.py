@@ -5,6 +5,8 @@ from typing import Any
 
 import warp as wp
 
+from warpvec.kernels.lanes import unit
+
 # Every 32 turns the core is offered to other threads: the thread that is waited for may be queued for this core.
 _WAIT = """
 typedef long (*yield_core_t)();
@@ -21,8 +23,7 @@ for (int turn = 0; turn < turns && *word == seen; ++turn) {
 @cache
 def make_wait() -> Any:
     """Return the kernel ``wait``, which runs on the CPU only, in one thread."""
-    module = wp.get_module("warpvec.kernels.thread_pool")
-    module.options.update(enable_backward=False)
+    module = unit("thread_pool")
 
     @wp.func_native(_WAIT)
     def wait_while(words: wp.array(dtype=int), index: int, seen: int, turns: int, yield_core: wp.uint64): ...
