@@ -12,20 +12,21 @@ from warpvec.drawing.not_kept import LEGIBLE_HEIGHT, not_kept
 from warpvec.flat.constants.lettering import LETTERING
 
 RAMP = np.full((32, 32, 3), 255, np.uint8)
+QUICK = {"threads": 1, "iterations": 2}
 RAMP[6:26, 6:26] = np.linspace((0, 0, 160), (0, 0, 96), 20)[:, None]
 
 
 def test_what_settings_cost_is_said() -> None:
-    plain, flat = (warpvec.vectorize(RAMP, mode="flat", threads=1, **more) for more in ({}, {"gradients": 0}))
+    plain, flat = (warpvec.vectorize(RAMP, mode="flat", **QUICK, **more) for more in ({}, {"gradients": 0}))
     assert plain.metrics["not_kept"] == {}
     assert flat.metrics["not_kept"] == {"shades": "1 gradient, one colour each"}
-    photo = warpvec.vectorize(RAMP, mode="photo", curves=2, iterations=2, threads=1)
+    photo = warpvec.vectorize(RAMP, mode="photo", curves=2, **QUICK)
     assert set(photo.metrics["not_kept"]) == {"shades", "texture"}
     assert not_kept(replace(photo.drawing, start_psnr=20.0)) == {}  # it was refined
 
 
 def test_what_was_removed_is_said() -> None:
-    drawing = warpvec.vectorize(RAMP, mode="flat", threads=1).drawing
+    drawing = warpvec.vectorize(RAMP, mode="flat", **QUICK).drawing
     encoding = replace(drawing.encoding, picture=replace(drawing.encoding.picture, is_restored=True))
     noisy = replace(drawing, condition=Condition(noise=(9.0, 9.0, 9.0)))
     assert not_kept(noisy) == {}  # measured, but left alone

@@ -41,14 +41,17 @@ def badge(mode: str = "RGB") -> NDArray[np.uint8]:
     return np.asarray(big.resize((SIDE, SIDE), Image.Resampling.BOX))
 
 
+QUICK: dict[str, Any] = {"threads": 1, "strokes": "off", "iterations": 4}
+
+
 def draw(**settings: Any) -> warpvec.Result:
-    return warpvec.vectorize(badge(), **{"threads": 1, **settings})
+    return warpvec.vectorize(badge(), **{**QUICK, **settings})
 
 
 @pytest.fixture(scope="module")
 def plain() -> warpvec.Result:
     """Return the badge as it comes out without settings."""
-    return draw()
+    return warpvec.vectorize(badge(), threads=1)
 
 
 def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec.Result) -> None:
@@ -74,7 +77,7 @@ def test_its_file_is_read_back_to_the_same_bytes(plain: warpvec.Result) -> None:
 
 
 def test_holes_of_transparent_art_stay_transparent() -> None:
-    result = warpvec.vectorize(badge("RGBA"), threads=1)
+    result = warpvec.vectorize(badge("RGBA"), **QUICK)
     assert result.scene.transparent
     alpha = result.render()[..., 3]
     assert alpha[15:17, 20:36].max() < 0.01
@@ -83,15 +86,15 @@ def test_holes_of_transparent_art_stay_transparent() -> None:
 
 
 def test_equal_pictures_give_equal_bytes_for_any_number_of_threads(plain: warpvec.Result) -> None:
-    assert draw(threads=2).svg() == plain.svg()
+    assert warpvec.vectorize(badge(), threads=2).svg() == plain.svg()
 
 
 def test_the_mode_can_be_given(plain: warpvec.Result) -> None:
-    photo = draw(mode="photo", curves=6, iterations=10)
+    photo = draw(mode="photo", strokes="auto", curves=6)
     assert photo.metrics["mode"] == "photo"
     assert photo.metrics["mode_reason"] is None
     assert "detail" not in photo.svg()
-    assert draw(lr_scale=2.0, curves=6, iterations=10).metrics["mode"] == "photo"
+    assert draw(lr_scale=2.0, strokes="auto", curves=6).metrics["mode"] == "photo"
     noise = np.random.default_rng(0).integers(0, 256, (48, 48, 3), dtype=np.uint8)
     found = warpvec.vectorize(noise, 6, iterations=10).metrics
     assert found["mode"] == "photo"
@@ -147,15 +150,15 @@ def test_curves_colors_and_palettes_are_bounds(plain: warpvec.Result) -> None:
 
 def test_a_picture_that_flat_art_cannot_show_is_a_photo(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "FLAT_PSNR_MIN", 90.0)
-    assert warpvec.vectorize(badge(), 4).config.mode == "flat"  # few paths were asked for
-    result = warpvec.vectorize(badge(), iterations=20)
+    assert draw(curves=4).config.mode == "flat"  # few paths were asked for
+    result = draw(strokes="auto")
     assert result.config.mode == "photo"
     assert "as flat art it has only" in result.metrics["mode_reason"]
 
 
 def test_a_picture_of_too_many_areas_becomes_a_photo_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(regions, "REGIONS", replace(REGIONS, seeds_max=1))
-    result = warpvec.vectorize(badge(), iterations=20)
+    result = draw(strokes="auto")
     assert result.config.mode == "photo"
     assert "separate areas of one colour" in result.metrics["mode_reason"]
     assert draw(mode="flat").config.mode == "flat"
@@ -233,7 +236,7 @@ def test_colours_are_named_as_in_css() -> None:
 def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:
     picture = np.full((SIDE, SIDE, 3), 255, np.uint8)
     picture[8:44, 8:44] = np.linspace((0, 0, 160), (0, 0, 96), 36)[:, None]
-    plain, asked = (warpvec.vectorize(picture, threads=1, **given) for given in ({}, {"gradients": 0}))
+    plain, asked = (warpvec.vectorize(picture, **QUICK, **given) for given in ({}, {"gradients": 0}))
     assert plain.metrics["mode"] == asked.metrics["mode"] == "flat"
     assert (plain.metrics["gradients"], asked.metrics["gradients"]) == (1, 0)
     assert [asked.metrics["curves"], re.findall(r'<\w+ fill="(#\w+)"', asked.svg())] == [1, ["#000080"]]
@@ -248,14 +251,14 @@ def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:
 def test_black_and_white_art_of_forms_has_forms_and_else_one_path(shapes: str, forms: tuple[int, int]) -> None:
     text = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 96 96" width="576" height="576">{shapes}</svg>'
     picture = draw_svg(text, 576, 576).reshape(144, 4, 144, 4, 3).mean((1, 3)).round().astype(np.uint8)
-    metrics = warpvec.vectorize(picture, mode="mono", threads=1).metrics
+    metrics = warpvec.vectorize(picture, mode="mono", threads=1, iterations=4).metrics
     assert (metrics["circles"], metrics["rects"]) == forms
     assert metrics["curves"] == max(sum(forms), 1) and metrics["psnr"] > 35
 
 
 def test_paper_is_white_or_left_out() -> None:
     grey = np.minimum(badge(), 232)
-    kept, removed = (warpvec.vectorize(grey, threads=1, paper=paper) for paper in ("keep", "remove"))
+    kept, removed = (warpvec.vectorize(grey, **QUICK, paper=paper) for paper in ("keep", "remove"))
     assert [each.metrics["mode"] for each in (kept, removed)] == ["flat", "flat"]
     assert '<rect id="background" width="64" height="64" fill="#fff"/>' in kept.svg()
     assert "background" not in removed.svg() and "#e8e8e8" not in removed.svg()
