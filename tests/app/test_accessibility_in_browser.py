@@ -47,7 +47,7 @@ def faults(desk: DeskPage) -> list[str]:
 def test_no_state_of_the_page_has_a_serious_fault(
     browser, desk_server: DeskServer, tmp_path: Path, window: str
 ) -> None:
-    Image.fromarray(logo(1)).save(tmp_path / "logo.png")
+    Image.fromarray(logo(has_shadow=False)).save(tmp_path / "logo.png")
     desk = DeskPage(browser, desk_server, tmp_path, **WINDOWS[window])
     page = desk.page
     assert faults(desk) == []
@@ -67,7 +67,7 @@ def test_no_state_of_the_page_has_a_serious_fault(
 
 
 def test_words_that_are_not_everyday_english_are_explained(desk: DeskPage, tmp_path: Path) -> None:
-    Image.fromarray(logo(1)).save(tmp_path / "logo.png")
+    Image.fromarray(logo(has_shadow=False)).save(tmp_path / "logo.png")
     desk.drop(tmp_path / "logo.png")
     desk.wait_for_status("done")
     script = r"""(words) => {

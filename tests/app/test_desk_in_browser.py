@@ -36,8 +36,7 @@ def write_photo(path: Path, scale: int = 4) -> Path:
 
 
 def write_logo(path: Path, transparent: bool) -> Path:
-    pixels = logo(1)
-    image = Image.fromarray(pixels)
+    image = Image.fromarray(logo(has_shadow=transparent))
     if not transparent:
         paper = Image.new("RGBA", image.size, "white")
         image = Image.alpha_composite(paper, image).convert("RGB")
