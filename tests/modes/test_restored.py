@@ -21,9 +21,10 @@ WIDTH, FACTOR = 80, 5
 
 
 def drawing_of(image: Image.Image, **options: object) -> warpvec.Result:
-    return warpvec.vectorize(np.asarray(image), iterations=6, **options)
+    return warpvec.vectorize(np.asarray(image), iterations=4, threads=1, strokes="off", **options)
 
 
+@pytest.mark.slow
 def test_an_enlarged_drawing_gets_the_edges_of_its_original() -> None:
     original = levels_of(drawn(WIDTH * FACTOR))
     large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
@@ -102,14 +103,13 @@ def test_paper_is_drawn_in_even_light() -> None:
 
 
 def test_ink_on_unevenly_lit_paper_is_black_and_white_art() -> None:
-    sheet = Image.new("RGB", (240, 200), "white")
+    sheet = Image.new("RGB", (160, 120), "white")
     pen = ImageDraw.Draw(sheet)
-    for k in range(5):
-        pen.line((30, 30 + 30 * k, 200, 60 + 25 * k), fill="black", width=4)
-    lit = unevenly_lit(sheet, 0.5)
-    assert warpvec.vectorize(np.asarray(lit), iterations=2).config.mode == "mono"
-    sheet.paste((200, 30, 30), (20, 170, 90, 195))
-    assert warpvec.vectorize(np.asarray(unevenly_lit(sheet, 0.5)), iterations=2).config.mode == "flat"
+    for k in range(4):
+        pen.line((20, 20 + 20 * k, 140, 36 + 16 * k), fill="black", width=4)
+    assert drawing_of(unevenly_lit(sheet, 0.5)).config.mode == "mono"
+    sheet.paste((200, 30, 30), (20, 98, 70, 114))
+    assert drawing_of(unevenly_lit(sheet, 0.5)).config.mode == "flat"
 
 
 def test_progress_shows_the_size_of_the_given_picture() -> None:
@@ -119,10 +119,11 @@ def test_progress_shows_the_size_of_the_given_picture() -> None:
         seen.append(float(progress.scene().segments.max()))
 
     large = enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)
-    warpvec.vectorize(np.asarray(large), iterations=2, on_progress=look)
+    drawing_of(large, on_progress=look)
     assert min(seen) > 0.8 * large.height
 
 
+@pytest.mark.slow
 def test_a_noisy_drawing_becomes_flat_art_of_as_few_paths_as_the_clean_one() -> None:
     clean, given = drawn(240), noisy(drawn(240), 10.0)
     results = [drawing_of(image, metadata=False) for image in (clean, given)]

@@ -75,10 +75,11 @@ def assert_close_off_edges(
     assert worst <= outlier_atol, f"{name}: a pixel is off by more than {outlier_atol:.1e}; " + _worst_entry(got, want)
 
 
-def check_gradients(draw: Callable[..., Tensor], leaves: Sequence[Tensor]) -> None:
+def check_gradients(draw: Callable[..., Tensor], leaves: Sequence[Tensor], *, one_by_one: bool = False) -> None:
     """Compare the derivatives of six random sums over the image that ``draw`` gives with finite differences.
 
-    All pixels one by one would take a backward pass each.
+    All pixels one by one would take a backward pass each. The values of a leaf move together, in a random direction,
+    or ``one_by_one``, which takes as many renderings.
     """
     generator = torch.Generator().manual_seed(0)
 
@@ -87,7 +88,7 @@ def check_gradients(draw: Callable[..., Tensor], leaves: Sequence[Tensor]) -> No
         weights = torch.randn(6, image.numel(), generator=generator.manual_seed(0), dtype=image.dtype)
         return weights @ image.flatten()
 
-    assert torch.autograd.gradcheck(sums, tuple(leaves), eps=1e-7, atol=1e-5, rtol=1e-4)
+    assert torch.autograd.gradcheck(sums, tuple(leaves), eps=1e-7, atol=1e-5, rtol=1e-4, fast_mode=not one_by_one)
 
 
 def finite_difference(
