@@ -38,6 +38,9 @@ SIDES = (200, 400)
 GLOW_SHARE = 0.3
 """Share of drawings with a glow, which is not moved, in place of a shadow."""
 
+CONTRAST = 0.12
+"""Least difference of a shape and its shade in one channel. Without an edge, nobody sees where a glow begins."""
+
 SIGMA_LIMIT, OFFSET_LIMIT, COLOR_LIMIT, PSNR_LIMIT = 0.1, 0.3, 2.0, 45.0
 """What a drawing must reach: a share of sigma, pixels, levels, and dB."""
 
@@ -123,7 +126,7 @@ def original(seed: int, ground: str) -> Original:
     offset = (reach * math.cos(turn), reach * math.sin(turn))
     shade = Shade(sigma, offset, color, round(random.uniform(0.4, 0.95), 2))
     shapes = [_shape(random, side, place) for place in _places(random, sigma)]
-    fills = [_tinted(random, random.uniform(0.35, 0.6)) for _ in shapes]
+    fills = [_unlike(random, below, shade) for _ in shapes]
     drawn = "".join(f'<path fill="{fill}" d="{data}"/>' for fill, data in zip(fills, shapes, strict=True))
     other = _tinted(random, level)
     grounds = {"none": ["#000000", "#ffffff"], "flat": [below]}.get(ground, [below, other])
@@ -133,6 +136,16 @@ def original(seed: int, ground: str) -> Original:
 def _tinted(random: np.random.Generator, level: float) -> str:
     channels = np.clip(255.0 * (level + random.uniform(-0.12, 0.12, 3)), 0, 255).astype(int)
     return "#" + "".join(f"{value:02x}" for value in channels)
+
+
+def _unlike(random: np.random.Generator, below: str, shade: Shade) -> str:
+    """Return the fill of a shape whose edge shows: it is neither the shade nor the half of it at its own edge."""
+    ground, color = np.array(parse_color(below)), np.array(parse_color(shade.color))
+    shades = [ground + share * shade.opacity * (color - ground) for share in (0.25, 0.5, 0.75, 1.0)]
+    while True:
+        fill = _tinted(random, random.uniform(0.25, 0.7))
+        if min(np.abs(parse_color(fill) - each).max() for each in shades) >= CONTRAST:
+            return fill
 
 
 def _places(random: np.random.Generator, sigma: float) -> list[tuple[float, float, float]]:
