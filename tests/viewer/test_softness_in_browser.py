@@ -33,6 +33,10 @@ def test_a_shadow_is_shown_moved_and_saved(open_page) -> None:
     assert viewer.text("message").count("filter") == 1  # of the filter that does more than blur
     assert_shows(viewer, DRAWING)
     assert viewer.click(136, 104).startswith("1 of 3 paths selected")
+    viewer.slide("softness", "3.5")
+    softness = read_svg(viewer.saved()).scene.softness
+    assert softness is not None and softness.sigma.tolist() == [3.5, 0.0, 0.0]
+    viewer.press_button("undo")
     viewer.press("ArrowRight", "ArrowRight")
     saved = viewer.saved()
     softness = read_svg(saved).scene.softness

@@ -59,8 +59,12 @@ class SoftnessConstants:
     plateaus_max: int = 1000
     """Most plateaus of a picture that is looked at; more are the texture of a photo."""
 
-    rounds: int = 3
-    """Most times that shapes which the shadow explains are left out of what casts it, and the shadow is fitted anew."""
+    rounds: int = 4
+    """Most times that shapes which the shadow explains are left out of what casts it, and the shadow is fitted anew.
+    With a shadow of 2 px, whose edges mix with those of the shapes, the third one changes little."""
+
+    settled: float = 0.01
+    """Relative change of the standard deviation below which no other round follows: a tenth of what is asked for."""
 
     mask_detail: float = 0.5
     """Detail in pixels of the outline of what casts a shadow; its blur shows no more."""

@@ -65,25 +65,16 @@ def find_shadow(image: Floats32) -> Shadow | None:
     casters = _casters(levels, plateaus, count, ground, is_ground)
     if casters is None:
         return None
-    found = _cast(levels - color, levels, casters, color, is_ground)
-    for _ in range(SOFTNESS.rounds):
-        if found is None:
-            return None
-        # Even parts of a shadow that lie between two shapes look like a shape with sharp edges.
-        real = _without_shaded(levels - color, casters, plateaus, found)
-        casters = casters if real is None else real
-        found = _cast(levels - color, levels, casters, color, is_ground, found[1])
-        if real is None:
-            break
+    found = _refitted(levels, casters, plateaus, color, is_ground)
     if found is None:
         return None
-    cast, (offset, sigma, amplitude, unexplained) = found
+    casters, cast, (offset, sigma, amplitude, unexplained) = found
     is_soft = sigma >= SOFTNESS.sigma_min and np.abs(amplitude).max() >= SOFTNESS.amplitude_min
     if not is_soft or unexplained > SOFTNESS.unexplained:
         return None
     near = ndimage.binary_dilation(casters, iterations=2)
-    covered = _coverage(levels, casters, near, color)
-    shade = _moved_blur(cast, offset, sigma)[..., None] * amplitude
+    shade = _shade(cast, found[2])
+    covered = _coverage(levels, casters, near, color + shade)
     # Nothing else is on the ground, or it is no part of the shadow and stays.
     clean = levels - (1.0 - covered[..., None]) * shade
     edge = near & ~casters
@@ -93,29 +84,53 @@ def find_shadow(image: Floats32) -> Shadow | None:
     return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, cleaned)
 
 
+def _refitted(
+    levels: Floats, casters: Mask, plateaus: NDArray[np.int32], color: Floats, is_ground: Mask
+) -> tuple[Mask, Floats, _Found] | None:
+    """Return what casts a shadow [h, w], its coverage [h, w] and the shadow, fitted in rounds; None without one."""
+    found = _cast(levels, casters, color, is_ground)
+    for _ in range(SOFTNESS.rounds):
+        if found is None:
+            return None
+        # Even parts of a shadow that lie between two shapes look like a shape with sharp edges.
+        real = _without_shaded(levels - color, casters, plateaus, found)
+        again = _cast(levels, casters if real is None else real, color, is_ground, found)
+        if real is not None and (again is None or again[1][3] > SOFTNESS.unexplained):
+            # A shape has the colour of the shadow below it, by chance.
+            real, again = None, _cast(levels, casters, color, is_ground, found)
+        casters = casters if real is None else real
+        # The edges of the shapes are known better with the shadow.
+        is_settled = again is not None and abs(np.log(again[1][1] / found[1][1])) < SOFTNESS.settled
+        found = again
+        if real is None and is_settled:
+            break
+    return None if found is None else (casters, *found)
+
+
 def _cast(
-    change: Floats, levels: Floats, casters: Mask, color: Floats, is_ground: Mask, rough: _Found | None = None
+    levels: Floats, casters: Mask, color: Floats, is_ground: Mask, rough: tuple[Floats, _Found] | None = None
 ) -> tuple[Floats, _Found] | None:
     """Return the coverage [h, w] of what casts a shadow, and the shadow that fits best; None without a soft zone.
 
     Args:
-        change: the picture minus its ground, in levels [h, w, 3].
         levels: the picture [h, w, 3].
         casters: pixels of shapes with sharp edges [h, w].
-        color: the ground [3].
+        color: the ground [3], in levels.
         is_ground: where the picture shows it [h, w].
-        rough: the shadow that a small copy shows; None to look for it in such a copy alone.
+        rough: a shadow that is nearly right; None to look for it in a small copy alone.
     """
     near = ndimage.binary_dilation(casters, iterations=2)
     if (~is_ground & ~near).sum() < SOFTNESS.zone_area:
         return None
-    covered = _coverage(levels, casters, near, color)
+    covered = _coverage(levels, casters, near, None if rough is None else color + _shade(*rough))
     # A hole in the colour of the ground may be painted, and then casts a shadow too.
     whole: Mask = ndimage.binary_fill_holes(casters)
     masks = [(covered, ~near)]
     if (whole & ~casters).any():
         masks.append((np.where(whole, 1.0, covered), ~near & ~whole))
-    fits = [(mask, fit) for mask, is_seen in masks if (fit := _fitted(change, mask, is_seen, rough)) is not None]
+    begin = None if rough is None else rough[1]
+    tried = [(mask, _fitted(levels - color, mask, is_seen, begin)) for mask, is_seen in masks]
+    fits = [(mask, fit) for mask, fit in tried if fit is not None]
     return min(fits, key=lambda each: each[1][3]) if fits else None
 
 
@@ -123,8 +138,7 @@ def _without_shaded(
     change: Floats, casters: Mask, plateaus: NDArray[np.int32], found: tuple[Floats, _Found]
 ) -> Mask | None:
     """Return the ``casters`` [h, w] without the plateaus that are as dark as the shadow there; None if all are real."""
-    cast, (offset, sigma, amplitude, _) = found
-    rest = np.abs(change - _moved_blur(cast, offset, sigma)[..., None] * amplitude).max(2)
+    rest = np.abs(change - _shade(*found)).max(2)
     numbers = np.unique(plateaus[casters & (plateaus > 0)])
     medians = ndimage.median(rest, plateaus, numbers)
     shaded = numbers[medians < SOFTNESS.jump]
@@ -182,11 +196,21 @@ def _casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground: in
     return (found | closed) & ~is_ground
 
 
-def _coverage(levels: Floats, casters: Mask, near: Mask, ground: Floats) -> Floats:
-    """Return how much of each pixel the casters cover [h, w]; of a pixel at their edge, by its colour."""
+def _coverage(levels: Floats, casters: Mask, near: Mask, shaded: Floats | None) -> Floats:
+    """Return how much of each pixel the casters cover [h, w]; of a pixel at their edge, by its colour.
+
+    Args:
+        levels: the picture [h, w, 3].
+        casters: pixels that they cover [h, w].
+        near: these and the pixels at their edges [h, w].
+        shaded: the ground with its shadow [h, w, 3], which changes within a few pixels; None if that is not known.
+    """
     _, (y, x) = ndimage.distance_transform_edt(~casters, return_indices=True)
     _, (v, u) = ndimage.distance_transform_edt(near, return_indices=True)
     own, beside = levels[y, x], levels[v, u]
+    if shaded is not None:
+        is_shade = np.abs(beside - shaded[v, u]).max(2) < SOFTNESS.jump
+        beside = np.where(is_shade[..., None], shaded, beside)
     span = own - beside
     share = ((levels - beside) * span).sum(2) / np.maximum((span * span).sum(2), 1.0)
     return np.where(casters, 1.0, np.where(near, np.clip(share, 0.0, 1.0), 0.0))
@@ -201,6 +225,13 @@ def _unshaded(levels: Floats, ground: Floats, shade: Floats, pure: Mask, edge: M
     share = np.clip(share, 0.0, 1.0)[:, None]
     mixed: Floats = share * own + (1.0 - share) * ground
     return mixed
+
+
+def _shade(cast: Floats, found: _Found) -> Floats:
+    """Return what a shadow adds to the ground [h, w, 3], in levels."""
+    offset, sigma, amplitude, _ = found
+    shade: Floats = _moved_blur(cast, offset, sigma)[..., None] * amplitude
+    return shade
 
 
 def _moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Floats:

@@ -219,11 +219,12 @@ export function transformed(item, matrix) {
 /** Returns the paint of an item after a change; `fill` is for the first colour of a gradient, `endFill` for its last.
  *
  * @param {any} item
- * @param {{fill?: any, endFill?: string, opacity?: number}} paint */
-export function painted(item, { fill, endFill, opacity }) {
+ * @param {{fill?: any, endFill?: string, opacity?: number, softness?: number}} paint */
+export function painted(item, { fill, endFill, opacity, softness }) {
   const { stroke } = item;
   const recoloredPaint = recolored(paintOf(item), fill, endFill);
-  return { fill: item.fill, stroke, ...withPaint(item, recoloredPaint), opacity: opacity ?? item.opacity };
+  const look = { opacity: opacity ?? item.opacity, softness: softness ?? item.softness };
+  return { fill: item.fill, stroke, ...withPaint(item, recoloredPaint), ...look };
 }
 
 function reordered(list, chosen, how) {

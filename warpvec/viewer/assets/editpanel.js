@@ -4,9 +4,15 @@ import { connectClicks, find, onInput, setText, setValue } from "viewer/dom.js";
 import { endColors, isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { MAX_SHOWN_POINTS } from "viewer/nodetool.js";
 import { asKind } from "viewer/paints.js";
-import { grownBox } from "viewer/paths.js";
+import { formatNumber, grownBox } from "viewer/paths.js";
 import { removeBackground, useBrand } from "viewer/wholecolors.js";
 import { selectAlike, selectAll, selectNext } from "viewer/selecting.js";
+
+// The controls that a brush does not have.
+const OF_PATHS_ALONE = new Set(["end", "softness"]);
+
+// The blur at the end of the slider, in user units.
+const MAX_SOFTNESS = 30;
 
 export class EditPanel {
   constructor(app) {
@@ -28,7 +34,7 @@ export class EditPanel {
     const { app } = this;
     const follow = (id, label, read) => {
       onInput(id, (value) => {
-        if (id !== "end") Object.assign(app.brush, read(value));
+        if (!OF_PATHS_ALONE.has(id)) Object.assign(app.brush, read(value));
         app.begin(label);
         app.gesture?.paint(read(value));
         app.panel.request();
@@ -38,6 +44,7 @@ export class EditPanel {
     follow("fill", "Recolour", (fill) => ({ fill }));
     follow("end", "Recolour", (endFill) => ({ endFill }));
     follow("opacity", "Opacity", (value) => ({ opacity: Number(value) }));
+    follow("softness", "Softness", (value) => ({ softness: Number(value) }));
     onInput("width", (value) => {
       app.brush.width = Number(value);
       app.panel.request();
@@ -100,6 +107,11 @@ export class EditPanel {
     setValue("end", end, end);
     find("end-field").hidden = !gradient;
     setValue("opacity", opacity, opacity.toFixed(2));
+    const softness = first?.softness ?? 0;
+    find("softness-field").hidden = !first;
+    // A softer path than the slider reaches keeps its place on it.
+    find("softness").max = String(Math.max(MAX_SOFTNESS, Math.ceil(softness)));
+    setValue("softness", softness, `${formatNumber(softness, 1)} px`);
     setValue("width", app.brush.width, `${app.brush.width} px`);
     find("brush-layer").selectedIndex = app.drawing.layers.indexOf(app.brush.layer);
     find("filter").selectedIndex = app.drawing.layers.indexOf(app.filter) + 1;

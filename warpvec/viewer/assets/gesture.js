@@ -29,7 +29,7 @@ export class Gesture {
     this.app.stage.request();
   }
 
-  /** Changes the {fill}, {endFill} or {opacity} of the selection. */
+  /** Changes the {fill}, {endFill}, {opacity} or {softness} of the selection. */
   paint(change) {
     for (const item of this.items) Object.assign(item, painted(item, change));
     this.repaint();

@@ -11,6 +11,7 @@ const WORDS = {
   gradient: ["Gradient", "A fill or stroke that changes from one colour to another, along a line or from a centre outwards."],
   stops: ["Stops", "The colours of a gradient and where they lie between its start (0 %) and its end (100 %)."],
   opacity: ["Opacity", "How much a path hides what is below: 1 hides it, 0 is like clear glass."],
+  softness: ["Softness", "How far the edges of a path are blurred: 0 is sharp. Shadows and glows are soft paths."],
   palette: ["Palette", "All colours of the drawing, the most used first."],
   hex: ["Colour code", "Red, green and blue as six digits from 0 to f, as in web pages: #ff0000 is red."],
   hue: ["Hue", "The place of a colour in the rainbow, from red over green and blue to red again."],
