@@ -31,7 +31,6 @@ def picture(**values: object) -> np.ndarray:
 @pytest.mark.parametrize(
     ("sigma", "ground", "color", "offset"),
     [
-        (1.0, "#2a3550", "#b6d7e0", (0.0, 0.0)),
         (1.5, "#fff", "#000", (4.0, 5.0)),
         (6.0, "#2a3550", "#ffd75e", (0.0, 0.0)),
         (3.0, "#fff", "#204080", (-5.0, 3.0)),
@@ -45,6 +44,14 @@ def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tup
     assert found.offset == pytest.approx(offset, abs=0.3)
     change = np.array(parse_color(color)) - np.array(parse_color(ground))
     assert np.abs(found.amplitude - 0.6 * change).max() <= 4.0 / 255.0
+
+
+def test_a_shape_without_a_shadow_beside_one_with_it_changes_nothing() -> None:
+    pytest.importorskip("svgelements")
+    found = find_shadow(picture(x=-6, y=-8, top='<path fill="#123" d="M50 62h22v8h-22z"/>'))
+    assert found is not None
+    assert found.offset == pytest.approx((-6, -8), abs=0.1) and found.sigma == pytest.approx(3.0, rel=0.03)
+    assert found.casters[66, 60] == 0.0 and found.casters[30, 30] == 1.0
 
 
 def test_what_lies_on_the_shape_stays_as_it_is_without_the_shadow() -> None:

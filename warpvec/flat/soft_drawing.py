@@ -41,15 +41,25 @@ class SoftDrawing:
         return replace(self.hard, blur=0.0) if self.hard.blur else self.hard
 
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
-        """Return what `FlatDrawing.draw` does, or the better drawing with a soft path."""
+        """Return what `FlatDrawing.draw` does, or the better drawing with a soft path.
+
+        The other one is not drawn if the soft one is short and exact: it would take as long again.
+        """
+        found = self._soft(detail) if self._may_be_soft and self._shadow is not None else None
+        if found is not None and self._is_right(found[0]):
+            return found
         hard, left_out = self.hard.draw(detail)
-        if not self._may_be_soft or self.work.watch.is_over() or self._shadow is None:
+        if found is None or not self._is_better(found[0], hard):
             return hard, left_out
-        sharp, more = self._clean.draw(detail)
-        if self._outline is None or self.work.watch.is_over():
-            return hard, left_out
-        soft = self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow))
-        return (soft, more) if self._is_better(soft, hard) else (hard, left_out)
+        return found
+
+    def _soft(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
+        """Return the drawing with a soft path; None if the time is over, or what casts the shadow has no outline."""
+        sharp, left_out = self._clean.draw(detail)
+        if self.work.watch.is_over() or self._outline is None or self.work.watch.is_over():
+            return None
+        assert self._shadow is not None
+        return self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow)), left_out
 
     @property
     def _may_be_soft(self) -> bool:
@@ -99,6 +109,11 @@ class SoftDrawing:
         part = work.watch.part(planned=work.watch.iterations + count)
         locked = ~scene.softness.is_soft
         return polish(work.critic.target, scene, work.config, part, iterations=count, locked=locked).scene
+
+    def _is_right(self, soft: Scene) -> bool:
+        """Return whether no drawing of bands can be better."""
+        error = float(self.work.critic.target.squared_error(soft).mean() / 3.0) ** 0.5
+        return len(soft) <= SOFTNESS.paths_right and 255.0 * error <= SOFTNESS.error_right
 
     def _is_better(self, soft: Scene, hard: Scene) -> bool:
         """Return whether ``soft`` is the better description, by its error and its bytes."""

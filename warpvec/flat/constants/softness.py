@@ -46,6 +46,11 @@ class SoftnessConstants:
     """Error times this power of the bytes decides: half of the bytes are worth 1.5 dB. A logo's shadow of 90 bands has
     44 dB in 40 KB; as one soft path in 7 KB it needs 40.2 dB."""
 
+    paths_right: int = 12
+    error_right: float = 2.0
+    """Most paths of a drawing with a soft path, and its largest error (root of the mean square, in levels), for which
+    bands are not tried: they would need half of the error, or a quarter of the bytes. The logo of the tests has 1.8."""
+
     blur_max: float = 1.0
     """Largest blur in pixels that a picture may seem to have because of its shadow; the sharp edges in front of a
     shadow of 5 px look blurred by 0.6 px."""
@@ -62,6 +67,15 @@ class SoftnessConstants:
     rounds: int = 4
     """Most times that shapes which the shadow explains are left out of what casts it, and the shadow is fitted anew.
     With a shadow of 2 px, whose edges mix with those of the shapes, the third one changes little."""
+
+    shapes_max: int = 24
+    """Most separate shapes of which each is asked whether it casts the shadow: each takes a blur of the picture."""
+
+    alone: float = 0.9
+    """Share of the whole shadow that is one shape's, at pixels that tell whether it casts one."""
+
+    seen_min: float = 0.5
+    """Share of its shadow that must be seen there. It is 0 or 1, but for what lies there besides."""
 
     settled: float = 0.01
     """Relative change of the standard deviation below which no other round follows: a tenth of what is asked for."""

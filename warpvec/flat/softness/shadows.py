@@ -12,17 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.optimize import least_squares
 
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
-
-_SIGMAS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-"""Standard deviations from which the fit begins, each a factor of two apart."""
-
-
-_Found = tuple[tuple[float, float], float, Floats, float]
-"""Offset, standard deviation, amplitude [3] and the unexplained share of the energy of a shadow."""
+from warpvec.flat.softness.shadow_fitting import FoundShadow, fit_shadow, moved_blur, shade_of
 
 
 @dataclass(frozen=True)
@@ -73,7 +66,7 @@ def find_shadow(image: Floats32) -> Shadow | None:
     if not is_soft or unexplained > SOFTNESS.unexplained:
         return None
     near = ndimage.binary_dilation(casters, iterations=2)
-    shade = _shade(cast, found[2])
+    shade = shade_of(cast, found[2])
     covered = _coverage(levels, casters, near, color + shade)
     # Nothing else is on the ground, or it is no part of the shadow and stays.
     clean = levels - (1.0 - covered[..., None]) * shade
@@ -86,30 +79,38 @@ def find_shadow(image: Floats32) -> Shadow | None:
 
 def _refitted(
     levels: Floats, casters: Mask, plateaus: NDArray[np.int32], color: Floats, is_ground: Mask
-) -> tuple[Mask, Floats, _Found] | None:
+) -> tuple[Mask, Floats, FoundShadow] | None:
     """Return what casts a shadow [h, w], its coverage [h, w] and the shadow, fitted in rounds; None without one."""
     found = _cast(levels, casters, color, is_ground)
+    bare = np.zeros_like(casters)
     for _ in range(SOFTNESS.rounds):
         if found is None:
             return None
+        more = bare | _bare(levels - color, casters & ~bare, found)
+        is_same, bare = not (more & ~bare).any(), more
         # Even parts of a shadow that lie between two shapes look like a shape with sharp edges.
         real = _without_shaded(levels - color, casters, plateaus, found)
-        again = _cast(levels, casters if real is None else real, color, is_ground, found)
+        again = _cast(levels, casters if real is None else real, color, is_ground, found, bare)
         if real is not None and (again is None or again[1][3] > SOFTNESS.unexplained):
             # A shape has the colour of the shadow below it, by chance.
-            real, again = None, _cast(levels, casters, color, is_ground, found)
+            real, again = None, _cast(levels, casters, color, is_ground, found, bare)
         casters = casters if real is None else real
         # The edges of the shapes are known better with the shadow.
         is_settled = again is not None and abs(np.log(again[1][1] / found[1][1])) < SOFTNESS.settled
         found = again
-        if real is None and is_settled:
+        if real is None and is_settled and is_same:
             break
     return None if found is None else (casters, *found)
 
 
 def _cast(
-    levels: Floats, casters: Mask, color: Floats, is_ground: Mask, rough: tuple[Floats, _Found] | None = None
-) -> tuple[Floats, _Found] | None:
+    levels: Floats,
+    casters: Mask,
+    color: Floats,
+    is_ground: Mask,
+    rough: tuple[Floats, FoundShadow] | None = None,
+    bare: Mask | None = None,
+) -> tuple[Floats, FoundShadow] | None:
     """Return the coverage [h, w] of what casts a shadow, and the shadow that fits best; None without a soft zone.
 
     Args:
@@ -118,27 +119,49 @@ def _cast(
         color: the ground [3], in levels.
         is_ground: where the picture shows it [h, w].
         rough: a shadow that is nearly right; None to look for it in a small copy alone.
+        bare: pixels of shapes that cast none [h, w]; None if all do.
     """
     near = ndimage.binary_dilation(casters, iterations=2)
     if (~is_ground & ~near).sum() < SOFTNESS.zone_area:
         return None
-    covered = _coverage(levels, casters, near, None if rough is None else color + _shade(*rough))
+    covered = _coverage(levels, casters, near, None if rough is None else color + shade_of(*rough))
     # A hole in the colour of the ground may be painted, and then casts a shadow too.
     whole: Mask = ndimage.binary_fill_holes(casters)
     masks = [(covered, ~near)]
     if (whole & ~casters).any():
         masks.append((np.where(whole, 1.0, covered), ~near & ~whole))
+    if bare is not None:
+        masks = [(np.where(bare, 0.0, mask), is_seen) for mask, is_seen in masks]
     begin = None if rough is None else rough[1]
-    tried = [(mask, _fitted(levels - color, mask, is_seen, begin)) for mask, is_seen in masks]
+    tried = [(mask, fit_shadow(levels - color, mask, is_seen, begin)) for mask, is_seen in masks]
     fits = [(mask, fit) for mask, fit in tried if fit is not None]
     return min(fits, key=lambda each: each[1][3]) if fits else None
 
 
+def _bare(change: Floats, casters: Mask, found: tuple[Floats, FoundShadow]) -> Mask:
+    """Return the pixels of the shapes of which no shadow is seen where theirs alone should be [h, w]."""
+    cast, (offset, sigma, amplitude, _) = found
+    near = ndimage.binary_dilation(casters, iterations=2)
+    labels, count = ndimage.label(near, np.ones((3, 3)))
+    bare = np.zeros_like(casters)
+    if not 1 < count <= SOFTNESS.shapes_max:
+        return bare
+    whole, strength = moved_blur(cast, offset, sigma), float(np.abs(amplitude).max())
+    for number in range(1, count + 1):
+        own = moved_blur(np.where(labels == number, cast, 0.0), offset, sigma)
+        alone = ~near & (own > SOFTNESS.alone * whole) & (own * strength > SOFTNESS.amplitude_min)
+        expected = own[alone][:, None] * amplitude
+        seen = float((change[alone] * expected).sum())
+        if alone.sum() >= SOFTNESS.plateau_area and seen < SOFTNESS.seen_min * float((expected * expected).sum()):
+            bare |= labels == number
+    return bare if not bare[near].all() else np.zeros_like(casters)
+
+
 def _without_shaded(
-    change: Floats, casters: Mask, plateaus: NDArray[np.int32], found: tuple[Floats, _Found]
+    change: Floats, casters: Mask, plateaus: NDArray[np.int32], found: tuple[Floats, FoundShadow]
 ) -> Mask | None:
     """Return the ``casters`` [h, w] without the plateaus that are as dark as the shadow there; None if all are real."""
-    rest = np.abs(change - _shade(*found)).max(2)
+    rest = np.abs(change - shade_of(*found)).max(2)
     numbers = np.unique(plateaus[casters & (plateaus > 0)])
     medians = ndimage.median(rest, plateaus, numbers)
     shaded = numbers[medians < SOFTNESS.jump]
@@ -225,84 +248,3 @@ def _unshaded(levels: Floats, ground: Floats, shade: Floats, pure: Mask, edge: M
     share = np.clip(share, 0.0, 1.0)[:, None]
     mixed: Floats = share * own + (1.0 - share) * ground
     return mixed
-
-
-def _shade(cast: Floats, found: _Found) -> Floats:
-    """Return what a shadow adds to the ground [h, w, 3], in levels."""
-    offset, sigma, amplitude, _ = found
-    shade: Floats = _moved_blur(cast, offset, sigma)[..., None] * amplitude
-    return shade
-
-
-def _moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Floats:
-    """Return ``mask`` [h, w] moved and blurred; at the border of the picture it goes on as it is there."""
-    moved = ndimage.shift(mask, (offset[1], offset[0]), order=3, mode="nearest") if any(offset) else mask
-    blurred: Floats = ndimage.gaussian_filter(moved, sigma, mode="nearest", truncate=3.5)
-    return blurred
-
-
-def _fitted(change: Floats, mask: Floats, is_seen: Mask, rough: _Found | None) -> _Found | None:
-    """Return the shadow that `_fit` finds in a small copy, or from a ``rough`` one on in the picture itself.
-
-    It is None if the small copy shows that there is none.
-    """
-    step = -(-max(mask.shape) // SOFTNESS.coarse_side)
-    if rough is not None:
-        (dx, dy), sigma, _, _ = rough
-        return _fit(change, mask, is_seen, (dx, dy, sigma))
-    if step == 1:
-        return _fit(change, mask, is_seen)
-    small = [_reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
-    coarse = _fit(small[0], small[1], small[2] == 1.0)
-    if coarse is None or coarse[3] > SOFTNESS.coarse_unexplained:
-        return None
-    (dx, dy), sigma, amplitude, unexplained = coarse
-    return (step * dx, step * dy), step * sigma, amplitude, unexplained
-
-
-def _reduced(values: Floats, step: int) -> Floats:
-    """Return the means [h // step, w // step, ...] of blocks of ``step`` x ``step`` pixels."""
-    height, width = (size // step for size in values.shape[:2])
-    blocks = values[: height * step, : width * step].reshape(height, step, width, step, *values.shape[2:])
-    means: Floats = blocks.mean((1, 3))
-    return means
-
-
-def _fit(change: Floats, mask: Floats, is_seen: Mask, begin: tuple[float, float, float] | None = None) -> _Found | None:
-    """Return offset, standard deviation, amplitude [3] and the unexplained share of the energy of a shadow.
-
-    Args:
-        change: the picture minus its ground, in levels [h, w, 3].
-        mask: coverage of the casters [h, w].
-        is_seen: where nothing covers the shadow [h, w].
-        begin: an offset and a standard deviation that are nearly right; None to look for these.
-    """
-    seen = change[is_seen]
-    energy = float((seen * seen).sum())
-    if energy <= 0.0 or not mask.any():
-        return None
-
-    def amplitude(shade: Floats) -> Floats:
-        own = shade[is_seen]
-        found: Floats = own @ seen / max(float(own @ own), 1e-12)
-        return found
-
-    def residual(values: Floats) -> Floats:
-        shade = _moved_blur(mask, (values[0], values[1]), float(np.exp(values[2])))
-        left: Floats = (seen - shade[is_seen][:, None] * amplitude(shade)).ravel()
-        return left
-
-    weight = np.abs(change).sum(2) * is_seen
-    y, x = np.indices(mask.shape)
-    lean = [float((weight * axis).sum() / weight.sum() - (mask * axis).sum() / mask.sum()) for axis in (x, y)]
-    starts = [(dx, dy, np.log(sigma)) for sigma in _SIGMAS for dx, dy in ((0.0, 0.0), (0.5 * lean[0], 0.5 * lean[1]))]
-    if begin is not None:
-        starts = [(begin[0], begin[1], np.log(begin[2]))]
-    losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
-    best = np.array(starts[int(np.argmin(losses))])
-    bounds = ([-80.0, -80.0, np.log(0.25)], [80.0, 80.0, np.log(SOFTNESS.sigma_max)])
-    best = np.clip(best, np.array(bounds[0]) + 1e-3, np.array(bounds[1]) - 1e-3)
-    found = least_squares(residual, best, bounds=bounds, x_scale=(1.0, 1.0, 0.2), diff_step=1e-3, max_nfev=30)
-    shade = _moved_blur(mask, (found.x[0], found.x[1]), float(np.exp(found.x[2])))
-    offset, sigma = (float(found.x[0]), float(found.x[1])), float(np.exp(found.x[2]))
-    return offset, sigma, amplitude(shade), float(2.0 * found.cost) / energy
