@@ -57,8 +57,10 @@ def _distances(share: Floats, area: float) -> list[Floats]:
     across, down = np.abs(x - (left + right) / 2.0), np.abs(y - (top + bottom) / 2.0)
     radius = float(np.sqrt(max(width * height - area, 0.0) / (4.0 - np.pi)))
     found = [_to_rectangle(across, down, width, height, each) for each in (0.0, min(radius, width / 2, height / 2))]
-    scaled = np.hypot(across / (width / 2.0), down / (height / 2.0))
-    steep = np.hypot(across / (width / 2.0) ** 2, down / (height / 2.0) ** 2)
+    # An ellipse covers little of the outermost rows, so that its area tells its size better.
+    size = float(np.sqrt(area / (np.pi * width * height))) * np.array([width, height])
+    scaled = np.hypot(across / size[0], down / size[1])
+    steep = np.hypot(across / size[0] ** 2, down / size[1] ** 2)
     found.append((scaled - 1.0) * scaled / np.maximum(steep, 1e-9))
     return found
 

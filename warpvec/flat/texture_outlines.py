@@ -22,7 +22,7 @@ class Keyed(NamedTuple):
         image: the drawing [h, w, 3] in [0, 1].
         color: the colour [3] of its photos.
         photo: the photos alone [h, w, 3] in [0, 1], where they are seen.
-        is_seen: pixels [h, w] where they are: those that they cover half at least.
+        is_seen: pixels [h, w] where they are. Mixed ones have the colour of the nearest that is not.
     """
 
     image: Floats32
@@ -42,8 +42,8 @@ def with_key(image: Floats32, is_texture: Mask) -> Keyed:
     part = share[..., None].astype(np.float32)
     is_keyed = (is_texture | (share > 0.0))[..., None]
     keyed = np.where(is_keyed, ground + part * (color - ground), image)
-    photo = ground + (image - ground) / np.maximum(part, TEXTURES.seen_min)
-    return Keyed(keyed.astype(np.float32), color, photo.clip(0.0, 1.0), share >= TEXTURES.seen_min)
+    is_whole = share >= TEXTURES.whole_min
+    return Keyed(keyed.astype(np.float32), color, _nearest(image, is_whole), share > 0.0)
 
 
 def _key(others: Floats32) -> Floats32:

@@ -33,9 +33,10 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
         return None
     parts, count = ndimage.label(_wide(~is_drawn))
     found = np.zeros(parts.shape, bool)
+    area_min = max((TEXTURES.jpeg_area_min if is_jpeg else TEXTURES.area_min) * parts.size, TEXTURES.side_min**2)
     for number, place in enumerate(ndimage.find_objects(parts), 1):
         is_part = parts[place] == number
-        if _is_texture(is_part, change[place], parts.size):
+        if is_part.sum() >= area_min and _is_texture(is_part, change[place]):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
 
@@ -87,11 +88,9 @@ def _wide(is_other: Mask) -> Mask:
     return np.asarray(ndimage.binary_fill_holes(core))
 
 
-def _is_texture(is_part: Mask, change: Levels, size: int) -> bool:
-    """Return whether a part [h, w] of a picture of ``size`` pixels, with its ``change``, is a photo."""
+def _is_texture(is_part: Mask, change: Levels) -> bool:
+    """Return whether a part [h, w] of a picture, with its ``change``, is a photo by its outline and its texture."""
     area = int(is_part.sum())
-    if area < max(TEXTURES.area_min * size, TEXTURES.side_min**2):
-        return False
     inside = ndimage.binary_erosion(np.pad(is_part, 1))[1:-1, 1:-1]
     length = int((is_part & ~inside).sum())
     if length > TEXTURES.roundness_max * (4.0 * np.pi * area) ** 0.5:

@@ -80,10 +80,7 @@ def _draw_chosen(
         photo: how a photo is drawn.
         outlines: of the last picture of flat art.
     """
-    choice = chosen_mode(request.picture.reduced, request.settings, condition)
-    textures = _textures(request, condition) if _may_be_mixed(choice, request) else None
-    if textures is not None:
-        choice = ModeChoice("mixed", f"a drawing, with photos on {100 * textures.mean():.0f} % of it")
+    choice, textures = suited_mode(request, condition)
     reason = choice.reason
     if choice.mode != "photo":
         from warpvec.flat.regions.regions import NotFlatArtError
@@ -105,6 +102,20 @@ def _draw_chosen(
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
     return replace(photo.draw(_in_mode(given, "photo")), mode_reason=reason)
+
+
+def suited_mode(request: Request, condition: Condition | None) -> tuple[ModeChoice, Mask | None]:
+    """Return the mode that suits a picture, and which of its pixels [h, w] are photos if that is the mode mixed.
+
+    Args:
+        request: what to draw, with the picture as it was before its enlargement and noise.
+        condition: what has happened to the picture; None if nobody looked.
+    """
+    choice = chosen_mode(request.picture.reduced, request.settings, condition)
+    textures = _textures(request, condition) if _may_be_mixed(choice, request) else None
+    if textures is not None:
+        choice = ModeChoice("mixed", f"a drawing, with photos on {100 * textures.mean():.0f} % of it")
+    return choice, textures
 
 
 def _may_be_mixed(choice: ModeChoice, request: Request) -> bool:

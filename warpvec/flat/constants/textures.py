@@ -33,8 +33,10 @@ class TextureConstants:
     thinner."""
 
     area_min: float = 0.02
+    jpeg_area_min: float = 0.08
     side_min: int = 36
-    """Smallest share of the picture of an area of texture, and the side in pixels of a square as large."""
+    """Smallest share of the picture of an area of texture, that in a JPEG, where shaded drawings of some size have
+    texture, too, and the side in pixels of a square as large."""
 
     roundness_max: float = 1.8
     """Largest length of the outline over that of a circle of the same area. Photos in rectangles and ovals have 0.9 to
@@ -52,8 +54,8 @@ class TextureConstants:
 
     # What stands for it in the drawing (texture_outlines.py)
 
-    seen_min: float = 0.5
-    """Smallest share of a pixel that a photo covers where its own colour can be told from the mix."""
+    whole_min: float = 0.99
+    """Smallest share of a pixel that a photo covers where the pixel has its colour."""
 
     contrast_min: float = 48.0
     """Difference in levels of a photo and its surroundings from which the mix of a pixel tells how much of it the photo
