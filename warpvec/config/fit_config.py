@@ -162,15 +162,16 @@ class CoreSettings:
     """
 
     mode: str = setting(
-        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat, mono, lines or pixel.",
+        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat, mono, lines, pixel or mixed.",
         KIND, is_daily=True, stated="never", page=_MODE_CONTROL,
     )  # fmt: skip
     """"auto": the picture decides. "photo": fit paths. "flat": outline the regions of a logo, an icon or a drawing.
     "mono": outline the dark areas in black. "lines": draw each line by a stroke along its middle. "pixel": draw each
-    pixel as a square. A setting that only one mode has selects that mode."""
+    pixel as a square. "mixed": draw the photos in a drawing as photos, and the rest as flat art. A setting that only
+    one mode has selects that mode."""
     detail: float = setting(
         0.1, _DETAIL, "Drawings: how far outlines may move, in pixels.", KIND, is_daily=True,
-        modes=("flat", "mono", "lines"),
+        modes=("flat", "mono", "lines", "mixed"),
         page=slider("Detail", _DETAIL_TOOLTIP, doublings(3.2, DETAIL_STEPS, -4), lambda pixels: f"{pixels:.2f} px"),
     )  # fmt: skip
     """Root mean square of the distance in pixels by which outlines of flat and mono, and lines, may move to save
@@ -182,7 +183,7 @@ class CoreSettings:
     """Cut the paths of flat art out of the paths below, so that none overlap."""
     strokes: str = setting(
         "auto", Choice(("auto", "off")), "Flat, mono: draw lines as strokes along their middle: auto or off.",
-        KIND, modes=("flat", "mono"), is_binding=True,
+        KIND, modes=("flat", "mono", "mixed"), is_binding=True,
     )  # fmt: skip
     """"auto": strokes in flat art and in clean black and white art are drawn by their centre lines. "off": by their
     outlines."""
@@ -202,14 +203,14 @@ class CoreSettings:
         Flag(),
         "Drawings: do not undo an enlargement or uneven light.",
         KIND,
-        modes=("flat", "mono", "lines", "pixel"),
+        modes=("flat", "mono", "lines", "pixel", "mixed"),
         stated="if used",
     )
     """Draw the pixels as they are. Else drawings are made from the picture before it was enlarged, or in even light."""
 
     blur: str = setting(
         "auto", _BLUR, "Drawings: blur to undo, a deviation in pixels (0: none), or auto (as measured).", KIND,
-        modes=("flat", "mono"), stated="if used",
+        modes=("flat", "mono", "mixed"), stated="if used",
     )  # fmt: skip
     """Standard deviation in pixels of the picture's blur, as a number, or "auto" for the measured one. The file is
     sharp: blurred by so much, it shows what the picture shows. "0" draws edges as soft as they are."""

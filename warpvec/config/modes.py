@@ -46,6 +46,10 @@ MODES = {
         "pixels", "pixel art", "flat", True, "Pixel",
         "Pixel art and codes: each pixel is a square, and those of a colour are one exact path",
     ),
+    "mixed": ModeName(
+        "a drawing with photos", "drawings with photos", "photo", True, "Mixed",
+        "Drawings with photos in them: the photos are painted inside of their outlines, and the rest is flat art",
+    ),
 }  # fmt: skip
 """Every mode that a picture can be drawn in, by the value of the setting "mode"."""
 

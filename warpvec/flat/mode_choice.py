@@ -62,7 +62,7 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
         was_noisy: whether it had noise, which is gone.
     """
     levels = _copy_of(image)
-    change = _changes(levels)
+    change = changes(levels)
     is_still = change <= MODE_CHOICE.still_change
     percent = f"{100 * is_still.mean():.0f} % of the area is flat"
     if image.shape[2] == 3 and _is_black_and_white(levels, change, was_noisy):
@@ -114,7 +114,7 @@ def _copy_of(image: Floats32) -> Levels:
     return np.asarray(picture.filter(ImageFilter.MedianFilter(3))).astype(np.int16)
 
 
-def _changes(levels: Levels) -> Levels:
+def changes(levels: Levels) -> Levels:
     """Return the largest difference of a channel in the 3 x 3 pixels around each [h, w]."""
     highest = lowest = np.pad(levels, ((1, 1), (1, 1), (0, 0)), mode="edge")
     for axis in (0, 1):

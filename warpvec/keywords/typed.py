@@ -20,8 +20,8 @@ class Keywords(TypedDict, total=False):
     """Use the fewest paths that reach this SSIM (0.6 to 0.9)."""
     gzip: bool
     """Count max_bytes after gzip."""
-    mode: Literal["auto", "photo", "flat", "mono", "lines", "pixel"]
-    """Kind: auto, photo, flat, mono, lines or pixel."""
+    mode: Literal["auto", "photo", "flat", "mono", "lines", "pixel", "mixed"]
+    """Kind: auto, photo, flat, mono, lines, pixel or mixed."""
     detail: float
     """Drawings: how far outlines may move, in pixels."""
     cutout: bool

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.flat.constants.regions import REGIONS
@@ -62,7 +63,8 @@ def draw_picture(
             drawing = _draw_chosen(drawn, request, condition, photo, outlines)
         else:
             with shown_at_usual_size(drawn, request):
-                drawing = _mode(request.settings.mode, photo, outlines, condition).draw(drawn)
+                textures = _textures(drawn, condition) if request.settings.mode == "mixed" else None
+                drawing = _mode(request.settings.mode, photo, outlines, condition, is_texture=textures).draw(drawn)
         return replace(drawing, condition=condition)
 
 
@@ -78,7 +80,7 @@ def _draw_chosen(
         photo: how a photo is drawn.
         outlines: of the last picture of flat art.
     """
-    choice = chosen_mode(request.picture.reduced, request.settings, condition)
+    choice, textures = suited_mode(request, condition)
     reason = choice.reason
     if choice.mode != "photo":
         from warpvec.flat.regions.regions import NotFlatArtError
@@ -87,7 +89,7 @@ def _draw_chosen(
         unexplained_max = choice.unexplained_max if _is_like_picture(chosen.settings) else None
         try:
             with shown_at_usual_size(chosen, given):
-                mode = _mode(choice.mode, photo, outlines, condition, unexplained_max)
+                mode = _mode(choice.mode, photo, outlines, condition, unexplained_max, textures)
                 drawing = mode.draw(chosen)
         except NotFlatArtError as error:
             reason = str(error)
@@ -100,6 +102,35 @@ def _draw_chosen(
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
     return replace(photo.draw(_in_mode(given, "photo")), mode_reason=reason)
+
+
+def suited_mode(request: Request, condition: Condition | None) -> tuple[ModeChoice, Mask | None]:
+    """Return the mode that suits a picture, and which of its pixels [h, w] are photos if that is the mode mixed.
+
+    Args:
+        request: what to draw, with the picture as it was before its enlargement and noise.
+        condition: what has happened to the picture; None if nobody looked.
+    """
+    choice = chosen_mode(request.picture.reduced, request.settings, condition)
+    textures = _textures(request, condition) if _may_be_mixed(choice, request) else None
+    if textures is not None:
+        choice = ModeChoice("mixed", f"a drawing, with photos on {100 * textures.mean():.0f} % of it")
+    return choice, textures
+
+
+def _may_be_mixed(choice: ModeChoice, request: Request) -> bool:
+    """Return whether a picture may have photos in it, and its drawing may have more paths than flat art needs."""
+    is_free = _is_like_picture(request.settings) and not request.goal
+    return is_free and choice.mode in ("flat", "photo") and request.settings.curves >= FitConfig.curves
+
+
+def _textures(request: Request, condition: Condition | None) -> Mask | None:
+    """Return which pixels [h, w] of the copy of the picture are photos; None if none are, or they cannot be told."""
+    if request.picture.is_transparent or (condition is not None and condition.light is not None):
+        return None
+    from warpvec.flat.textures import find_textures
+
+    return find_textures(request.picture.reduced, condition is not None and condition.jpeg is not None)
 
 
 def _has_all_paths(drawing: Drawing, settings: FitConfig) -> bool:
@@ -117,8 +148,11 @@ def _mode(
     outlines: KnownOutlines | None,
     condition: Condition | None = None,
     unexplained_max: float | None = None,
+    is_texture: Mask | None = None,
 ) -> Mode:
     """Return the mode ``name``. The mode flat may refuse a picture by ``unexplained_max``; see `FlatDrawing`.
+
+    The mode mixed draws the pixels ``is_texture`` [h, w] as photos.
 
     To add a mode, write its file in this folder, and add it here.
     """
@@ -126,6 +160,7 @@ def _mode(
         return photo
     from warpvec.modes.flat import Flat, KnownOutlines
     from warpvec.modes.lines import Lines
+    from warpvec.modes.mixed import Mixed
     from warpvec.modes.mono import Mono
     from warpvec.modes.pixel import Pixel
 
@@ -135,6 +170,7 @@ def _mode(
         "mono": Mono(),
         "lines": Lines(),
         "pixel": Pixel(color_tolerance(condition)),
+        "mixed": Mixed(is_texture),
     }
     return modes[name]
 

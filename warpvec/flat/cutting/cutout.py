@@ -120,14 +120,19 @@ def _with_background(scene: Scene, width: int, height: int) -> Scene:
     """Return ``scene`` over nothing; its background is then its lowest path."""
     if scene.transparent:
         return scene
+    below = sheet(scene.background, width, height)
+    return below.joined(replace(scene, transparent=True, background=torch.zeros(3)))
+
+
+def sheet(color: Tensor, width: int, height: int) -> Scene:
+    """Return a path of one ``color`` [3] that covers a canvas of ``width`` x ``height`` pixels, over nothing."""
     corners = torch.tensor([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
     chord = corners.roll(-1, 0) - corners
     segments = torch.stack([corners, corners + chord / 3, corners + chord * 2 / 3], 1)
-    sheet = Scene(
-        segments, Structure.of_loops([[4]], torch.ones(4, dtype=torch.bool)), scene.background[None],
+    return Scene(
+        segments, Structure.of_loops([[4]], torch.ones(4, dtype=torch.bool)), color[None],
         torch.ones(1), torch.zeros(3), torch.zeros(1, dtype=torch.int64), transparent=True,
     )  # fmt: skip
-    return sheet.joined(replace(scene, transparent=True, background=torch.zeros(3)))
 
 
 def _curves(scene: Scene, width: int, height: int) -> tuple[Floats, Mask, Integers]:

@@ -1,0 +1,60 @@
+"""Photos in drawings are found, take simple outlines, and show through windows of the drawing."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from cards import card, texture
+from sweep import sweep
+
+from warpvec.flat.cutting.windows import with_windows
+from warpvec.flat.texture_outlines import with_key
+from warpvec.flat.textures import find_textures
+from warpvec.geometry.scene import Scene
+from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
+
+
+@sweep("form", ["rectangle", "ellipse"])
+def test_a_photo_in_a_drawing_is_found_with_its_outline(form: str) -> None:
+    image, share = card(form)
+    found = find_textures(image)
+    assert found is not None
+    assert (found != (share > 0.0)).mean() < 0.01
+    keyed = with_key(image, found)
+    covered = np.abs(keyed.image - image).sum(2) > 0.0
+    assert covered[share == 0.0].mean() < 0.002
+    distance = np.abs(keyed.image - keyed.color).max(2)
+    assert distance[share == 1.0].mean() < 0.01
+    edge = (share > 0.2) & (share < 0.8)
+    assert not edge.any() or abs(float((1.0 - distance / distance[0, 0])[edge].mean() - share[edge].mean())) < 0.1
+
+
+def test_drawings_and_photos_have_no_photos_in_them() -> None:
+    image, share = card("rectangle")
+    shaded = np.linspace(0.2, 0.9, 200, dtype=np.float32)[None, :, None].repeat(160, 0).repeat(3, 2)
+    assert find_textures(texture(160, 200).astype(np.float32)) is None
+    assert find_textures(np.where(share[..., None] > 0.0, shaded, image)) is None
+    assert find_textures(image[:20, :20]) is None
+    lines = image.copy()
+    lines[share > 0.0] = 1.0
+    lines[30:130:6, 80:180] = 0.0
+    assert find_textures(lines) is None
+
+
+def test_what_lies_below_a_drawing_shows_in_its_windows_alone() -> None:
+    def square(left: float, side: float) -> torch.Tensor:
+        corners = torch.tensor([[left, left], [left + side, left], [left + side, left + side], [left, left + side]])
+        return torch.stack([corners, corners + 1e-6, corners.roll(-1, 0) - 1e-6], 1).reshape(12, 2)
+
+    points = torch.stack([square(4.0, 20.0), square(10.0, 20.0), square(26.0, 8.0)])
+    color = torch.tensor([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    scene = Scene.uniform(points, color, torch.ones(3), torch.ones(3), torch.zeros(3, dtype=torch.int64))
+    cut = with_windows(scene, torch.tensor([False, True, False]), 40, 40)
+    assert len(cut) == 3  # the page, and two squares
+    before = draw(write_svg(scene, 40, 40), 40, 40)
+    after = draw(write_svg(Scene(**{**vars(cut), "background": torch.zeros(3)}), 40, 40), 40, 40)
+    is_window = (before == (0, 255, 0)).all(2)
+    assert is_window.sum() > 300
+    np.testing.assert_array_equal(after[is_window], 0)
+    np.testing.assert_array_equal(after[~is_window], before[~is_window])

@@ -1,0 +1,32 @@
+"""Drawings with photos in them become flat art with photos in its windows."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cards import card
+
+import warpvec
+from warpvec.svg.measure import draw
+
+
+@pytest.mark.slow
+def test_auto_draws_a_card_with_a_photo_as_both() -> None:
+    image, share = card("ellipse")
+    levels = np.rint(255.0 * image).astype(np.uint8)
+    result = warpvec.vectorize(levels, iterations=60)
+    assert result.config.mode == "mixed"
+    assert 'inkscape:label="photo"' in result.svg()
+    assert len(result.scene) <= 512
+    drawn = draw(result.svg(), 200, 160)
+    beside = np.abs(drawn[share == 0.0].astype(int) - levels[share == 0.0])
+    assert beside.max() <= 16
+    assert beside.mean() < 0.05
+    assert result.metrics["psnr"] > 24.0
+
+
+def test_a_drawing_without_photos_is_flat_art_in_the_mode_mixed() -> None:
+    plain = np.full((64, 64, 3), 255, np.uint8)
+    plain[20:40, 10:50] = (200, 30, 20)
+    mixed, flat = (warpvec.vectorize(plain, mode=mode, iterations=2) for mode in ("mixed", "flat"))
+    assert mixed.metrics["psnr"] == flat.metrics["psnr"]

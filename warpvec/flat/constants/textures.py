@@ -1,0 +1,76 @@
+"""The numbers of flat art: which areas of a drawing are photos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class TextureConstants:
+    """When a part of a drawing is a photo. Levels are of 255."""
+
+    # What is drawn (textures.py)
+
+    still_change: int = 3
+    jpeg_still_change: int = 8
+    """Largest change in 3 x 3 pixels of a still place, and that in a JPEG of quality 60 and more."""
+
+    rest_max: float = 0.75
+    jpeg_rest_max: float = 2.0
+    """Largest root mean square that a plane may leave of the levels of a still area for it to be drawn: rounding leaves
+    0.3 of a gradient. The skies of Kodak's photos leave 1 to 2."""
+
+    still_area: int = 64
+    """Fewest pixels of a still area that is drawn. Smaller ones are found in photos, too."""
+
+    drawn_min: float = 0.15
+    """Smallest share of the picture that is drawn. Of Kodak's photos 0 to 0.13 are still by chance."""
+
+    # Which of the other areas are photos
+
+    core_reach: int = 4
+    """An area of texture is a square of twice these pixels and one at least. Edges and strokes of small text are
+    thinner."""
+
+    area_min: float = 0.02
+    jpeg_area_min: float = 0.08
+    side_min: int = 36
+    """Smallest share of the picture of an area of texture, that in a JPEG, where shaded drawings of some size have
+    texture, too, and the side in pixels of a square as large."""
+
+    roundness_max: float = 1.8
+    """Largest length of the outline over that of a circle of the same area. Photos in rectangles and ovals have 0.9 to
+    1.6, traces of JPEG along outlines 1.6 to 4."""
+
+    changing_change: int = 3
+    changing_min: float = 0.75
+    textured_change: int = 8
+    textured_min: float = 0.25
+    weak_min: float = 0.15
+    """Changes in 3 x 3 pixels, and the smallest shares of the area with more of them; the last is that of changes
+    between the second and those of strong edges. Kodak's photos in cards and ovals have 0.79 to 1, 0.38 to 1 and
+    0.26 to 0.8; soft shading and gradients 0.1 to 0.2 of the first two, dots of a halftone and blurred outlines few
+    weak changes or a long outline."""
+
+    # What stands for it in the drawing (texture_outlines.py)
+
+    whole_min: float = 0.99
+    """Smallest share of a pixel that a photo covers where the pixel has its colour."""
+
+    contrast_min: float = 48.0
+    """Difference in levels of a photo and its surroundings from which the mix of a pixel tells how much of it the photo
+    covers; with less, texture is as large."""
+
+    # The outlines of photos (texture_forms.py)
+
+    form_margin: int = 4
+    """Pixels around a photo that its outline may reach."""
+
+    form_error: float = 0.7
+    """Largest distance in pixels, on average along its outline, of a photo from the form that it is taken for."""
+
+    outline_blur: float = 1.5
+    """Deviation in pixels of the Gaussian that smooths other outlines."""
+
+
+TEXTURES = TextureConstants()

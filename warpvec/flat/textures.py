@@ -1,0 +1,112 @@
+"""Find the photos in a drawing: a picture in a screenshot, a portrait on a card, a product on plain ground.
+
+A drawing has still areas: one colour, or a gradient, which a plane explains. What is left over is edges, which are
+thin, and photos, which are wide, full of weak changes, and have a short outline.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Floats32, Integers32, Mask
+from warpvec.flat.constants.mode_choice import MODE_CHOICE
+from warpvec.flat.constants.textures import TEXTURES
+from warpvec.flat.mode_choice import Levels, changes
+
+
+def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
+    """Return which pixels [h, w] of ``image`` [h, w, 3] in [0, 1] belong to photos, their mixed edges included.
+
+    None stands for a picture that has no photo in it, or is nothing but one.
+
+    Args:
+        image: the picture.
+        is_jpeg: whether the picture was a JPEG, in which nothing is quite still.
+    """
+    if min(image.shape[:2]) < TEXTURES.side_min:
+        return None
+    levels = np.rint(255.0 * image[..., :3]).astype(np.int16)
+    change = changes(levels)
+    is_drawn = _drawn(levels, change, is_jpeg)
+    if is_drawn.mean() < TEXTURES.drawn_min:
+        return None
+    parts, count = ndimage.label(_wide(~is_drawn))
+    found = np.zeros(parts.shape, bool)
+    area_min = max((TEXTURES.jpeg_area_min if is_jpeg else TEXTURES.area_min) * parts.size, TEXTURES.side_min**2)
+    for number, place in enumerate(ndimage.find_objects(parts), 1):
+        is_part = parts[place] == number
+        if is_part.sum() >= area_min and _is_texture(is_part, change[place]):
+            found[place] |= is_part
+    return _with_edges(found, ~is_drawn) if count and found.any() else None
+
+
+def _drawn(levels: Levels, change: Levels, is_jpeg: bool) -> Mask:
+    """Return the pixels [h, w] of still areas that a plane explains."""
+    limit = TEXTURES.jpeg_still_change if is_jpeg else TEXTURES.still_change
+    parts, count = ndimage.label(change <= limit)
+    if not count:
+        return np.zeros(change.shape, bool)
+    rest_max = TEXTURES.jpeg_rest_max if is_jpeg else TEXTURES.rest_max
+    area = np.bincount(parts.ravel())
+    is_drawn = (area >= TEXTURES.still_area) & (_rest_of_planes(levels, parts) <= rest_max)
+    is_drawn[0] = False
+    # A still place has still surroundings, up to the edge.
+    return np.asarray(ndimage.binary_dilation(is_drawn[parts], np.ones((3, 3), bool)))
+
+
+def _rest_of_planes(levels: Levels, parts: Integers32) -> Floats:
+    """Return the root mean square [P + 1] that the best plane leaves of the ``levels`` in each of the ``parts``."""
+
+    def means(values: Floats) -> Floats:
+        return np.asarray(np.bincount(index, values.ravel())) / area
+
+    index = parts.ravel()
+    area = np.maximum(np.bincount(index), 1).astype(np.float64)
+    places: Floats = np.indices(parts.shape).astype(np.float64)
+    down, across = places[0], places[1]
+    x: Floats = across - means(across)[parts]
+    y: Floats = down - means(down)[parts]
+    xx, xy, yy = means(x * x), means(x * y), means(y * y)
+    scale = np.maximum(xx * yy - xy * xy, 1e-6)
+    worst = np.zeros(len(area))
+    for channel in range(3):
+        level = levels[..., channel].astype(np.float64)
+        level = level - means(level)[parts]
+        vx, vy, vv = means(level * x), means(level * y), means(level * level)
+        x_slope, y_slope = (vx * yy - vy * xy) / scale, (vy * xx - vx * xy) / scale
+        worst = np.maximum(worst, vv - x_slope * vx - y_slope * vy)
+    return np.sqrt(np.maximum(worst, 0.0))
+
+
+def _wide(is_other: Mask) -> Mask:
+    """Return the parts of ``is_other`` [h, w] that are wider than edges and letters, without holes."""
+    reach = TEXTURES.core_reach
+    square = np.ones((2 * reach + 1, 2 * reach + 1), bool)
+    padded = np.pad(is_other, reach, mode="edge")
+    core = ndimage.binary_opening(padded, square)[reach:-reach, reach:-reach]
+    return np.asarray(ndimage.binary_fill_holes(core))
+
+
+def _is_texture(is_part: Mask, change: Levels) -> bool:
+    """Return whether a part [h, w] of a picture, with its ``change``, is a photo by its outline and its texture."""
+    area = int(is_part.sum())
+    inside = ndimage.binary_erosion(np.pad(is_part, 1))[1:-1, 1:-1]
+    length = int((is_part & ~inside).sum())
+    if length > TEXTURES.roundness_max * (4.0 * np.pi * area) ** 0.5:
+        return False
+    own = change[is_part]
+    is_textured = own > TEXTURES.textured_change
+    is_weak = is_textured & (own < MODE_CHOICE.strong_change)
+    return bool(
+        (own > TEXTURES.changing_change).mean() >= TEXTURES.changing_min
+        and is_textured.mean() >= TEXTURES.textured_min
+        and is_weak.mean() >= TEXTURES.weak_min
+    )
+
+
+def _with_edges(found: Mask, is_other: Mask) -> Mask:
+    """Return ``found`` [h, w] with the pixels near it that are not drawn: mixed edges, and corners."""
+    reach = TEXTURES.core_reach
+    wider = ndimage.binary_dilation(found, np.ones((3, 3), bool), iterations=reach, mask=found | is_other)
+    return np.asarray(ndimage.binary_fill_holes(wider))
