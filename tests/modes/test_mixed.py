@@ -7,6 +7,7 @@ import pytest
 from cards import card
 
 import warpvec
+from warpvec.errors import InputError
 from warpvec.svg.measure import draw
 
 
@@ -30,3 +31,9 @@ def test_a_drawing_without_photos_is_flat_art_in_the_mode_mixed() -> None:
     plain[20:40, 10:50] = (200, 30, 20)
     mixed, flat = (warpvec.vectorize(plain, mode=mode, iterations=2) for mode in ("mixed", "flat"))
     assert mixed.metrics["psnr"] == flat.metrics["psnr"]
+
+
+def test_a_goal_is_refused() -> None:
+    image, _ = card("rectangle")
+    with pytest.raises(InputError, match="mode must be another one for a file of a given size"):
+        warpvec.vectorize(image, mode="mixed", max_bytes=9000)

@@ -15,9 +15,11 @@ import torch
 
 from warpvec.arrays import Floats32, Mask
 from warpvec.drawing.drawing import Drawing
+from warpvec.errors import InputError
 from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.target import opaque_colors
 from warpvec.flat.color_layers.layering import layered
+from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.cutting.windows import with_windows
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.regions.regions import NotFlatArtError
@@ -30,15 +32,6 @@ from warpvec.modes.photo import Photo
 from warpvec.modes.request import Request
 from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Watch
-
-MARGIN = 2
-"""Pixels of surroundings that the fit of a photo sees, so that paths reach below the soft edge of its window."""
-
-KEY_DISTANCE = 0.1
-"""Largest difference of a channel of a path that stands for a photo from the colour that it was given."""
-
-PHOTO_SHARE_MIN = 0.25
-"""Smallest share of the paths that is left to the photos."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +49,12 @@ class Mixed:
         """Return the drawing. The flat art takes the paths that it needs, and the photos share the others.
 
         Raises:
+            InputError: there is a goal. It would have to be shared among the drawing and its photos.
             NotFlatArtError: the photos have no outline of their own in the drawing.
         """
+        if request.goal:
+            rule = "must be another one for a file of a given size or quality"
+            raise InputError("mode", rule, "mixed", "leave the goal out, or give --mode photo")
         if self.is_texture is None:
             return Flat().draw(request)
         keyed = with_key(request.picture.reduced, self.is_texture)
@@ -75,7 +72,7 @@ class Mixed:
 def _drawing_with_windows(request: Request, keyed: Keyed) -> Scene:
     """Return the flat art with a window in place of each photo, in pixels of the copy of the picture."""
     settings, watch = reduced_settings(request), request.watch
-    most = round((1.0 - PHOTO_SHARE_MIN) * settings.curves)
+    most = round((1.0 - TEXTURES.paths_min) * settings.curves)
     settings = replace(settings, mode="flat", curves=max(most, 1))
     key, mean = torch.from_numpy(keyed.color), torch.from_numpy(keyed.photo[keyed.is_seen].mean(0))
 
@@ -86,7 +83,7 @@ def _drawing_with_windows(request: Request, keyed: Keyed) -> Scene:
         work = FlatDrawing(torch.from_numpy(keyed.image), settings, watch, blur=request.picture.blur)
         scene, _ = work.draw(settings.detail)
         is_window = _is_key(scene, key)
-        if not bool(is_window.any()) or bool((scene.background - key).abs().amax() <= KEY_DISTANCE):
+        if not bool(is_window.any()) or bool((scene.background - key).abs().amax() <= TEXTURES.key_distance):
             raise NotFlatArtError("its photos have no outline of their own")
         height, width = request.picture.reduced_size
         return with_windows(scene, is_window, width, height)
@@ -94,7 +91,7 @@ def _drawing_with_windows(request: Request, keyed: Keyed) -> Scene:
 
 def _is_key(scene: Scene, key: torch.Tensor) -> torch.Tensor:
     """Return which paths [N] of ``scene`` stand for photos, by their colour ``key`` [3]."""
-    return (scene.color - key.to(scene.color)).abs().amax(1) <= KEY_DISTANCE
+    return (scene.color - key.to(scene.color)).abs().amax(1) <= TEXTURES.key_distance
 
 
 def _photos(request: Request, keyed: Keyed, used: int) -> tuple[Scene, str]:
@@ -107,7 +104,7 @@ def _photos(request: Request, keyed: Keyed, used: int) -> tuple[Scene, str]:
     """
     settings, part = request.settings, _box(keyed.is_seen)
     pixels = _continued(keyed.photo[part], keyed.is_seen[part])
-    least = max(round(PHOTO_SHARE_MIN * settings.curves), 1)
+    least = max(round(TEXTURES.paths_min * settings.curves), 1)
     settings = replace(settings, mode="photo", curves=max(settings.curves - used, least), min_area=0.0, minify=False)
     encoding = replace(request.encoding, picture=Picture(pixels, pixels), size=pixels.shape[:2])
     inner = replace(request, encoding=encoding).with_settings(settings)
@@ -120,7 +117,9 @@ def _photos(request: Request, keyed: Keyed, used: int) -> tuple[Scene, str]:
 def _box(mask: Mask) -> tuple[slice, slice]:
     """Return the rows and columns of the part of ``mask`` [h, w] around all that it has, with a margin."""
     rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
-    spans = [slice(max(int(each[0]) - MARGIN, 0), int(each[-1]) + 1 + MARGIN) for each in (rows, columns)]
+    spans = [
+        slice(max(int(each[0]) - TEXTURES.margin, 0), int(each[-1]) + 1 + TEXTURES.margin) for each in (rows, columns)
+    ]
     return spans[0], spans[1]
 
 

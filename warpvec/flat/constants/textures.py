@@ -72,5 +72,16 @@ class TextureConstants:
     outline_blur: float = 1.5
     """Deviation in pixels of the Gaussian that smooths other outlines."""
 
+    # How they are drawn (modes/mixed.py)
+
+    margin: int = 2
+    """Pixels of surroundings that the fit of a photo sees, so that paths reach below the soft edge of its window."""
+
+    key_distance: float = 0.1
+    """Largest difference in [0, 1] of a channel of a path that stands for a photo from the colour that it was given."""
+
+    paths_min: float = 0.25
+    """Smallest share of the paths that is left to the photos."""
+
 
 TEXTURES = TextureConstants()
