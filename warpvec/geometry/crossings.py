@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, counted
 from warpvec.geometry.bezier import bernstein, whole_curves
 from warpvec.geometry.scene import Scene
 
@@ -116,7 +116,7 @@ class _Chords:
             stop = max(start + 1, int(np.searchsorted(ends, (ends[start - 1] if start else 0) + _PAIRS_AT_ONCE)))
             some = counts[start:stop]
             index = np.repeat(np.arange(start, stop), some)
-            within = np.arange(len(index)) - np.repeat(np.cumsum(some) - some, some)
+            within = counted(some)
             one, other = order[index], order[index + within]
             touches = self._least[one, 1] <= self._most[other, 1]
             touches &= self._least[other, 1] <= self._most[one, 1]

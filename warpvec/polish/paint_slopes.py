@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from warpvec.arrays import Mask
+from warpvec.arrays import Mask, counted
 from warpvec.geometry.paints.kind import GEOMETRY_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
@@ -66,7 +66,7 @@ class PaintSlopes:
         starts, ends = (np.searchsorted(part.tile, tile, side) for side in ("left", "right"))
         counts = ends - starts
         owner = np.repeat(np.arange(len(tile)), counts)
-        hit = np.arange(len(owner)) + np.repeat(starts - np.cumsum(counts) + counts, counts)
+        hit = starts[owner] + counted(counts)
         share, path = part.share[hit, place[owner]].astype(np.float64), part.path[hit]
         self._open[first:last] -= np.bincount(owner, share, len(tile))
         whole = np.einsum("hp,hp->h", part.share, part.share, dtype=np.float64)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import counted
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import BUTT, END, FIRST, INNER, roles_of
@@ -68,7 +69,7 @@ def _sides(curves: Values, radius: Values, drawn: NDArray[np.int64]) -> StrokeSa
     lengths = np.linalg.norm(np.diff(curves[drawn], axis=1), axis=2).sum(1)
     counts = np.clip(np.ceil(lengths / GAP), SAMPLES_MIN, SAMPLES_MAX).astype(np.int64)
     row, gap = np.repeat(drawn, counts), np.repeat(1.0 / counts, counts)
-    t = (np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) * gap
+    t = (counted(counts) + 0.5) * gap
     weights, points, tangents = _at(curves[row], t)
     unit = _unit(tangents)
     normal = np.stack([-unit[:, 1], unit[:, 0]], 1)
@@ -88,7 +89,7 @@ def _caps(
     """Return samples of the caps at the ends, or the starts, of the ``rows``: half circles, or straight lines."""
     counts = np.clip(np.ceil(np.pi * radius[rows] / GAP), SAMPLES_MIN, SAMPLES_MAX).astype(np.int64)
     row, gap = np.repeat(rows, counts), np.repeat(1.0 / counts, counts)
-    share = (np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) * gap
+    share = (counted(counts) + 0.5) * gap
     tangent = _unit(_at(curves[row], np.full(len(row), 1.0 - 1e-3 if is_end else 1e-3))[2])
     out = tangent if is_end else -tangent
     first = np.stack([-out[:, 1], out[:, 0]], 1)

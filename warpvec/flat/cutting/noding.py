@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.cutting import CUTTING
 
 
@@ -57,7 +57,7 @@ def chords_of(cubics: Floats, is_line: Mask, error: float = CUTTING.chord_error)
     counts = np.ceil(np.sqrt(0.75 * np.hypot(*bend.T) / error)).astype(np.int64)
     counts = np.where(is_line, 1, np.clip(counts, 1, 1000))
     curve = np.repeat(np.arange(len(cubics)), counts)
-    number = _counted(counts)
+    number = counted(counts)
     t_start, t_end = number / counts[curve], (number + 1) / counts[curve]
     start, end = (np.rint(CUTTING.units * _points(cubics[curve], t)).astype(np.int64) for t in (t_start, t_end))
     return _without_empty(Chords(start, end, curve, t_start, t_end))
@@ -120,7 +120,7 @@ def _near_pairs(chords: Chords) -> tuple[Integers, Integers]:
     low, high = low[order], high[order]
     first, last = low[:, 1] // CUTTING.strip_units, high[:, 1] // CUTTING.strip_units
     row = np.repeat(np.arange(len(order)), last - first + 1)
-    strip = first[row] + _counted(last - first + 1)
+    strip = first[row] + counted(last - first + 1)
     by_strip = np.argsort(strip, kind="stable")
     row, strip = row[by_strip], strip[by_strip]
     # One number holds a strip and a place across in it.
@@ -129,7 +129,7 @@ def _near_pairs(chords: Chords) -> tuple[Integers, Integers]:
     pairs = []
     for part in _parts(counts):
         place = np.repeat(np.arange(part.start, part.stop), counts[part])
-        one, two = row[place], row[place + 1 + _counted(counts[part])]
+        one, two = row[place], row[place + 1 + counted(counts[part])]
         # A pair that is in several strips counts in the first.
         is_new = np.maximum(first[one], first[two]) == strip[place]
         overlap = is_new & (low[one, 1] <= high[two, 1]) & (low[two, 1] <= high[one, 1])
@@ -137,11 +137,6 @@ def _near_pairs(chords: Chords) -> tuple[Integers, Integers]:
     one, two = (np.concatenate(each) for each in zip(*pairs, strict=True))
     by_left = np.lexsort((two, one))
     return order[one[by_left]], order[two[by_left]]
-
-
-def _counted(counts: Integers) -> Integers:
-    """Return 0, 1, ... for each of ``counts`` [n], one after the other."""
-    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _parts(counts: Integers) -> Iterator[slice]:

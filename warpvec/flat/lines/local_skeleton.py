@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.lines.thinning import thinned
 from warpvec.flat.simplification.outline_samples import cubic_points
@@ -60,7 +60,7 @@ def _filled(lines: Floats, rows: int, columns: int) -> Mask:
     first, stop = np.ceil(low).astype(np.int64), np.ceil(high).astype(np.int64)
     counts = np.maximum(stop - first, 0)
     owner = np.repeat(np.arange(len(lines)), counts)
-    row = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts) + first[owner]
+    row = first[owner] + counted(counts)
     (x, y), (right, down) = lines[owner, 0].T, lines[owner, 1].T
     column = np.ceil(x + (row - y) / (down - y) * (right - x)).astype(np.int64).clip(0, columns)
     flips = np.bincount(row * (columns + 1) + column, minlength=rows * (columns + 1)).reshape(rows, -1)

@@ -10,7 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, counted
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.lines.line import DrawnLine
 from warpvec.flat.simplification.outline_samples import cubic_points
@@ -85,7 +85,7 @@ def _pieces(lines: list[DrawnLine]) -> _Pieces:
         counts = np.maximum(np.ceil(lengths), 2).astype(np.int64) * (not line.is_dot)
         row = np.repeat(np.arange(len(curves)), counts)
         step = 1.0 / counts[row] if len(row) else np.zeros(0)
-        t = (np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)) * step
+        t = counted(counts) * step
         start, end = (cubic_points(curves[row], each[:, None])[:, 0] for each in (t, t + step))
         gone = np.linalg.norm(end - start, axis=1)
         parts.append((start, end, np.full(len(row), number), row + t, step, np.cumsum(gone) - gone))

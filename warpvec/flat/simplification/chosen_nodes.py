@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.fewest_spans import ChosenSpans
 from warpvec.flat.simplification.span_candidates import Outlines
@@ -100,7 +100,7 @@ def wrong_segments(
 def members(choice: ChosenSpans, sizes: Integers, old: Scene) -> tuple[Integers, Integers, Integers]:
     """List the old segments of each new one, ``sizes`` [S] of them: its number, their place in it and their row [M]."""
     source = np.repeat(np.arange(len(sizes)), sizes)
-    place = np.arange(len(source)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    place = counted(sizes)
     first = old.structure.loop_first_segment.long().numpy()
     loop = np.repeat(np.arange(len(choice.counts)), choice.counts)[source]
     start, size = first[loop], np.diff(first)[loop]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpvec.arrays import Floats, Floats32, Integers
+from warpvec.arrays import Floats, Floats32, Integers, counted
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import cubic_points
 
@@ -20,7 +20,7 @@ def errors_near(control: Floats, error: Floats32) -> Floats:
         np.clip(np.ceil(reach / SIMPLIFICATION.error_spacing), 1, SIMPLIFICATION.error_points_max).astype(np.int64) + 1
     )
     row = np.repeat(np.arange(len(control)), counts)
-    place = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    place = counted(counts)
     t = place / (counts - 1)[row]
     points = cubic_points(control[row], t[:, None])[:, 0]
     x, y = np.floor(points.T).astype(np.int64)

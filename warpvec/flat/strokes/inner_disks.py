@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Mask, counted
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
 
@@ -45,7 +45,7 @@ def boundary_of(control: Floats, area: float) -> Boundary:
     lengths = np.linalg.norm(np.diff(control, axis=1), axis=2).sum(1)
     counts = np.maximum(np.ceil(lengths / STROKES.sample_gap).astype(np.int64), 1)
     row = np.repeat(np.arange(len(control)), counts)
-    t = (np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[row]
+    t = (counted(counts) + 0.5) / counts[row]
     points = cubic_points(control[row], t[:, None])[:, 0]
     slopes = cubic_slopes(control[row], t[:, None])[:, 0]
     speed = np.linalg.norm(slopes, axis=1)
