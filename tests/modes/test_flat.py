@@ -203,7 +203,7 @@ def test_progress_runs_forward_through_all_fits(plain: warpvec.Result) -> None:
         ({"mode": "flat", "threshold": 3}, "threshold must not be given in the mode flat"),
         ({"mode": "mono", "palette": "red"}, "palette must not be given in the mode mono"),
         ({"cutout": True, "max_bytes": 130}, "max_bytes must be enough for all paths without overlaps, got 130"),
-        ({"mode": "drawing"}, "mode must be one of auto, photo, flat, mono, lines, pixel, got 'drawing'"),
+        ({"mode": "drawing"}, "mode must be one of auto, photo, flat, mono, lines, pixel, mixed, got 'drawing'"),
         ({"detail": 0}, "detail must be above 0 and at most 10 pixels"),
         ({"threshold": "grey"}, "threshold must be auto or a level from 0 to 255"),
     ],

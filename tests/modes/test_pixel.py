@@ -69,7 +69,7 @@ def test_a_shape_of_two_colors_is_not_pixel_art() -> None:
 
 @sweep("width", [16, 24, 48])
 def test_clean_icons_are_not_pixel_art(width: int) -> None:
-    assert warpvec.vectorize(drawn(width), iterations=2, strokes="off", threads=1).config.mode != "pixel"
+    assert warpvec.vectorize(drawn(width), iterations=2, threads=1).config.mode != "pixel"
 
 
 def test_any_picture_can_be_drawn_in_pixels() -> None:

@@ -162,7 +162,7 @@ class CoreSettings:
     """
 
     mode: str = setting(
-        "auto", Choice(("auto", *MODES)), "Kind: auto, photo, flat, mono, lines, pixel or mixed.",
+        "auto", Choice(("auto", *MODES)), "auto, photo, flat, mono, lines, pixel or mixed.",
         KIND, is_daily=True, stated="never", page=_MODE_CONTROL,
     )  # fmt: skip
     """"auto": the picture decides. "photo": fit paths. "flat": outline the regions of a logo, an icon or a drawing.

@@ -21,7 +21,7 @@ class Keywords(TypedDict, total=False):
     gzip: bool
     """Count max_bytes after gzip."""
     mode: Literal["auto", "photo", "flat", "mono", "lines", "pixel", "mixed"]
-    """Kind: auto, photo, flat, mono, lines, pixel or mixed."""
+    """auto, photo, flat, mono, lines, pixel or mixed."""
     detail: float
     """Drawings: how far outlines may move, in pixels."""
     cutout: bool
