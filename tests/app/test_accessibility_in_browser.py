@@ -10,7 +10,7 @@ import pytest
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
 from desk_browser import DeskPage, DeskServer, desk_fixture, desk_server_fixture  # noqa: F401  (fixtures)
 from logo import logo
-from PIL import Image
+from PIL import Image, ImageDraw
 
 pytestmark = [
     *NEEDS_BROWSER,
@@ -43,15 +43,24 @@ def faults(desk: DeskPage) -> list[str]:
     ]
 
 
+def write_arrow(path: Path) -> None:
+    """Write a shape that has nodes: a circle would have a radius instead."""
+    large = Image.new("RGB", (480, 320), "white")
+    ImageDraw.Draw(large).polygon(
+        [(40, 120), (280, 120), (260, 40), (440, 170), (290, 290), (280, 200), (40, 220)], "navy"
+    )
+    large.resize((120, 80), Image.Resampling.BOX).save(path)
+
+
 @pytest.mark.parametrize("window", WINDOWS)
 def test_no_state_of_the_page_has_a_serious_fault(
     browser, desk_server: DeskServer, tmp_path: Path, window: str
 ) -> None:
-    Image.fromarray(logo(has_shadow=False)).save(tmp_path / "logo.png")
+    write_arrow(tmp_path / "arrow.png")
     desk = DeskPage(browser, desk_server, tmp_path, **WINDOWS[window])
     page = desk.page
     assert faults(desk) == []
-    desk.drop(tmp_path / "logo.png")
+    desk.drop(tmp_path / "arrow.png")
     desk.wait_for_status("done")
     assert faults(desk) == []
     page.locator("#sides label").nth(1).click()
