@@ -68,7 +68,7 @@ def _run_vtracer(original: Original, picture: Path, out: Path) -> Traced:
         vtracer = import_module("vtracer")
     except ImportError:
         raise SkippedError("vtracer: skipped, the package is not installed") from None
-    pixels = _over_white(picture).convert("RGBA")
+    pixels = over_white(picture).convert("RGBA")
     start = time.perf_counter()
     svg = vtracer.convert_pixels(pixels.tobytes(), *pixels.size, vtracer.Config(simplify=2.0))
     return Traced(svg, None, time.perf_counter() - start)
@@ -78,7 +78,7 @@ def _run_potrace(original: Original, picture: Path, out: Path) -> Traced:
     """Trace a picture of one flat colour over nothing or white with potrace at its defaults."""
     if original.counts.colors != 1 or original.counts.has_gradients:
         raise SkippedError("potrace: skipped, the original has more than one colour")
-    pixels = np.asarray(_over_white(picture))
+    pixels = np.asarray(over_white(picture))
     gray = pixels.mean(2)
     is_dark = gray < 0.5 * (gray.min() + 255)
     color = np.median(pixels[is_dark], axis=0)
@@ -105,12 +105,13 @@ def trace_by_potrace(bitmap: Path, out: Path, color: str = "#000000") -> None:
 def _scale(original: Original, picture: Path, out: Path) -> Traced:
     """Scale the picture over white by bicubic interpolation."""
     start = time.perf_counter()
-    pixels = _over_white(picture)
+    pixels = over_white(picture)
     scaled = pixels.resize((SCALE * pixels.width, SCALE * pixels.height), Image.Resampling.BICUBIC)
     return Traced(None, np.asarray(scaled), time.perf_counter() - start)
 
 
-def _over_white(picture: Path) -> Image.Image:
+def over_white(picture: Path) -> Image.Image:
+    """Return the picture at a path over white."""
     with Image.open(picture) as image:
         pixels = image.convert("RGBA")
     return Image.alpha_composite(Image.new("RGBA", pixels.size, "white"), pixels).convert("RGB")

@@ -11,14 +11,15 @@ Where auto is in doubt, it draws flat art first, and keeps it only if it explain
 
 from __future__ import annotations
 
-import argparse
 import io
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import numpy as np
+from flat_methods import over_white
 from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
@@ -30,13 +31,6 @@ from warpvec.modes.restored import Restoration
 SIDES = (128, 192, 256)
 FORMS = ("rectangle", "round corners", "ellipse")
 QUALITY = 80
-
-
-def over_white(image: Image.Image) -> Image.Image:
-    """Return ``image`` without transparency."""
-    page = Image.new("RGBA", image.size, "white")
-    page.alpha_composite(image.convert("RGBA"))
-    return page.convert("RGB")
 
 
 def cropped(photo: Image.Image, size: tuple[int, int]) -> Image.Image:
@@ -92,7 +86,7 @@ def copies(photos: list[Path], drawings: list[Path]) -> Iterator[tuple[str, str,
         drawing, form = Image.open(drawings[number % len(drawings)]), FORMS[number % len(FORMS)]
         yield "card", f"{path.stem} {form}", card(photo, drawing, form, grounds[number % len(grounds)])
     for path in drawings:
-        yield "drawing", path.stem, over_white(Image.open(path))
+        yield "drawing", path.stem, over_white(path)
 
 
 def as_jpeg(image: Image.Image) -> Image.Image:
@@ -119,25 +113,26 @@ def is_right(kind: str, mode: str) -> bool:
     return mode in wanted[kind]
 
 
-def main() -> None:
+_FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
+
+
+@click.command()
+@click.argument("photos", metavar="PHOTOS", type=_FOLDER)
+@click.argument("drawings", metavar="DRAWINGS", type=_FOLDER)
+def main(photos: Path, drawings: Path) -> None:
     """Print the modes of all copies that are wrong, and how often each mode was chosen."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("photos", type=Path)
-    parser.add_argument("drawings", type=Path)
-    folders = parser.parse_args()
-    photos, drawings = (sorted(each.glob("*.png")) for each in (folders.photos, folders.drawings))
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     wrong: Counter[str] = Counter()
-    for kind, name, image in copies(photos, drawings):
+    for kind, name, image in copies(sorted(photos.glob("*.png")), sorted(drawings.glob("*.png"))):
         for suffix, shown in (("", image), (" as JPEG", as_jpeg(image))):
             mode = chosen(shown)
             counts[kind + suffix][mode] += 1
             if not is_right(kind, mode):
                 wrong[kind + suffix] += 1
-                print(f"{kind + suffix} {name}: {mode}", flush=True)
+                click.echo(f"{kind + suffix} {name}: {mode}")
     for kind, found in counts.items():
         modes = ", ".join(f"{count} {mode}" for mode, count in found.most_common())
-        print(f"{kind}: {wrong[kind]} of {found.total()} wrong ({modes})")
+        click.echo(f"{kind}: {wrong[kind]} of {found.total()} wrong ({modes})")
 
 
 if __name__ == "__main__":

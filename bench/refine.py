@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 import torch
+from flat_methods import over_white
 from numpy.typing import NDArray
-from PIL import Image
 
 import warpvec
 from warpvec.cli.settings_command import ValueOf
@@ -50,14 +50,6 @@ class Row(NamedTuple):
     cpu_seconds: float
     added_crossings: int
     lost_kinds: int
-
-
-def over_white(path: Path) -> NDArray[np.uint8]:
-    """Return the picture at ``path`` over white [h, w, 3]."""
-    picture = Image.open(path).convert("RGBA")
-    canvas = Image.new("RGBA", picture.size, (255, 255, 255, 255))
-    canvas.alpha_composite(picture)
-    return np.asarray(canvas.convert("RGB"))
 
 
 def disturbed(scene: Scene, points: float, gradients: bool, seed: int = 0) -> Scene:
@@ -161,7 +153,7 @@ def drawings(folder: Path, tracings: Path | None, kind: str, names: list[str]) -
         elif kind == "original":
             yield path.stem, path.read_text()
         elif kind != "tracing":
-            photo = over_white(path.with_suffix(".png"))
+            photo = np.asarray(over_white(path.with_suffix(".png")))
             scene = disturbed(drawing_of(path, photo), 1.0, kind == "noise-gradients")
             yield path.stem, write_svg(scene, photo.shape[1], photo.shape[0])
 
@@ -178,7 +170,7 @@ def main(folder: Path, tracings: Path | None, kinds: str, names: str, **settings
     for kind in kinds.split(","):
         rows = []
         for name, text in drawings(folder, tracings, kind, [each for each in names.split(",") if each]):
-            row = refined(name, over_white(folder / f"{name}.png"), text, settings)
+            row = refined(name, np.asarray(over_white(folder / f"{name}.png")), text, settings)
             rows.append(row)
             click.echo(
                 f"| {kind} | {name} | {row.before:.2f} | {row.after:.2f} | {row.bytes / row.start_bytes:.2f}"

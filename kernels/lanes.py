@@ -1,4 +1,4 @@
-"""Lane arithmetic: one kernel body for a CPU thread that owns 16 pixels at a time and for a CUDA thread that owns one.
+"""Lane arithmetic: one kernel body serves CPU and CUDA. A CPU thread owns 16 pixels at a time, a CUDA thread one pixel.
 
 On the CPU a lane value is a ``vector(16)`` with native 16-wide vector instructions. (Warp's own vector operators are
 unrolled to scalars and 3 to 15 times slower.) On CUDA a lane value is a scalar. A cached factory builds the kernels

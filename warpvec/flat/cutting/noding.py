@@ -111,7 +111,7 @@ def _breaks(chords: Chords) -> tuple[Integers, Integers]:
 def _near_pairs(chords: Chords) -> tuple[Integers, Integers]:
     """Return the pairs of chords [n], [n] whose boxes, a unit larger on each side, overlap, in order of their left.
 
-    Each box is compared with those that begin to the right of it in the same strip of the picture, which are few.
+    The picture is divided into strips. Each box is compared with those of its strip that begin to the right of it.
     """
     if not len(chords):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)

@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from warpvec.flat.cutting.cutout import cut_out, sheet
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 
 
@@ -26,7 +27,7 @@ def with_windows(scene: Scene, is_window: Tensor, width: int, height: int) -> Sc
     page = sheet(scene.background.cpu(), width, height)
     stacked = page.joined(replace(scene.detach().cpu(), transparent=True, background=torch.zeros(3)))
     marks = torch.cat([torch.zeros(1, dtype=torch.bool), is_window.cpu()])
-    boxes = _boxes(stacked)
+    boxes = path_boxes(stacked)
     parts = [_cut(stacked, path, marks, boxes, (width, height)) for path in range(len(stacked)) if not marks[path]]
     whole = stacked.select(torch.zeros(0, dtype=torch.int64))
     for part in parts:
@@ -35,7 +36,7 @@ def with_windows(scene: Scene, is_window: Tensor, width: int, height: int) -> Sc
 
 
 def _cut(scene: Scene, path: int, is_window: Tensor, boxes: Tensor, size: tuple[int, int]) -> Scene:
-    """Return the ``path`` of ``scene`` without the windows above it, which are those it reaches below."""
+    """Cut the windows that lie above a ``path`` of ``scene``, and meet it, out of it. Return what is left."""
     own = scene.select(torch.tensor([path]))
     above = torch.arange(len(scene)) > path
     meets = (boxes[:, :2] < boxes[path, 2:]).all(1) & (boxes[:, 2:] > boxes[path, :2]).all(1)
@@ -57,18 +58,3 @@ def _cut(scene: Scene, path: int, is_window: Tensor, boxes: Tensor, size: tuple[
 
 def _is_stroked(scene: Scene) -> bool:
     return scene.strokes is not None and bool(scene.strokes.is_stroked.any())
-
-
-def _boxes(scene: Scene) -> Tensor:
-    """Return the least and largest x and y [N, 4] of the control points of each path."""
-    found = torch.zeros(len(scene), 4)
-    for path, points in enumerate(torch.split(scene.segments, _row_counts(scene))):
-        flat = points.reshape(-1, 2)
-        found[path] = torch.cat([flat.amin(0), flat.amax(0)])
-    return found
-
-
-def _row_counts(scene: Scene) -> list[int]:
-    """Return the number of rows of each path."""
-    structure = scene.structure
-    return structure.loop_first_segment[structure.path_first_loop.long()].diff().tolist()

@@ -36,10 +36,10 @@ def fit_shadow(change: Floats, mask: Floats, is_seen: Mask, rough: FoundShadow |
 
     It is None if the small copy shows that there is none.
     """
-    step = -(-max(mask.shape) // SOFTNESS.coarse_side)
     if rough is not None:
         (dx, dy), sigma, _, _ = rough
         return _fit(change, mask, is_seen, (dx, dy, sigma))
+    step = -(-max(mask.shape) // SOFTNESS.coarse_side)
     if step == 1:
         return _fit(change, mask, is_seen)
     small = [_reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
@@ -84,13 +84,8 @@ def _fit(
         left: Floats = (seen - shade[is_seen][:, None] * amplitude(shade)).ravel()
         return left
 
-    weight = np.abs(change).sum(2) * is_seen
-    y, x = np.indices(mask.shape)
-    lean = [float((weight * axis).sum() / weight.sum() - (mask * axis).sum() / mask.sum()) for axis in (x, y)]
-    starts = [(dx, dy, np.log(sigma)) for sigma in _SIGMAS for dx, dy in ((0.0, 0.0), (0.5 * lean[0], 0.5 * lean[1]))]
-    if begin is not None:
-        starts = [(begin[0], begin[1], np.log(begin[2]))]
-    losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
+    starts = _starts(change, mask, is_seen) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
+    losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts] if len(starts) > 1 else [0.0]
     best = np.array(starts[int(np.argmin(losses))])
     bounds = ([-80.0, -80.0, np.log(0.25)], [80.0, 80.0, np.log(SOFTNESS.sigma_max)])
     best = np.clip(best, np.array(bounds[0]) + 1e-3, np.array(bounds[1]) - 1e-3)
@@ -98,3 +93,12 @@ def _fit(
     shade = moved_blur(mask, (found.x[0], found.x[1]), float(np.exp(found.x[2])))
     offset, sigma = (float(found.x[0]), float(found.x[1])), float(np.exp(found.x[2]))
     return offset, sigma, amplitude(shade), float(2.0 * found.cost) / energy
+
+
+def _starts(change: Floats, mask: Floats, is_seen: Mask) -> list[tuple[float, float, float]]:
+    """Return offsets and logarithms of standard deviations to begin with: no offset, and half of what one sees."""
+    weight = np.abs(change).sum(2) * is_seen
+    y, x = np.indices(mask.shape)
+    lean = [float((weight * axis).sum() / weight.sum() - (mask * axis).sum() / mask.sum()) for axis in (x, y)]
+    places = ((0.0, 0.0), (0.5 * lean[0], 0.5 * lean[1]))
+    return [(dx, dy, float(np.log(sigma))) for sigma in _SIGMAS for dx, dy in places]
