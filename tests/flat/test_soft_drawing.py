@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
@@ -80,3 +81,19 @@ def test_a_shadow_becomes_one_soft_path() -> None:
     assert len(scene) == 2 and scene.softness is not None
     assert [each for each in scene.softness.sigma.tolist() if each] == [pytest.approx(3.0, rel=0.1)]
     assert np.abs(draw_8_bits(scene, SIDE, SIDE, 1) / 255.0 - image).mean() < 0.003
+
+
+def test_a_time_budget_is_for_the_drawing_without_a_soft_path_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("svgelements")
+    order: list[str] = []
+    draw = FlatDrawing.draw
+
+    def hard(self: FlatDrawing, detail: float) -> object:
+        order.append("hard")
+        return draw(self, detail)
+
+    monkeypatch.setattr(FlatDrawing, "draw", hard)
+    monkeypatch.setattr(SoftDrawing, "_soft", lambda self, detail: order.append("soft"))
+    for budget in (None, 1000.0):
+        warpvec.vectorize(picture(), mode="flat", iterations=2, strokes="off", threads=1, time_budget=budget)
+    assert order == ["soft", "hard", "hard", "soft"]

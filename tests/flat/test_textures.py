@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 from cards import card, texture
+from logo import logo, over_matte
 from sweep import sweep
 
 from warpvec.flat.cutting.windows import with_windows
@@ -36,6 +37,7 @@ def test_drawings_and_photos_have_no_photos_in_them() -> None:
     assert find_textures(texture(160, 200).astype(np.float32)) is None
     assert find_textures(np.where(share[..., None] > 0.0, shaded, image)) is None
     assert find_textures(image[:20, :20]) is None
+    assert find_textures(over_matte(logo() / np.float32(255.0), 1.0)) is None  # it has a shadow
     lines = image.copy()
     lines[share > 0.0] = 1.0
     lines[30:130:6, 80:180] = 0.0

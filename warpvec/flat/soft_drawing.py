@@ -43,23 +43,37 @@ class SoftDrawing:
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return what `FlatDrawing.draw` does, or the better drawing with a soft path.
 
-        The other one is not drawn if the soft one is short and exact: it would take as long again.
+        The first is not drawn if the one with a soft path is short and exact: it would take as long again. It comes
+        first if there is a time budget.
         """
-        found = self._soft(detail) if self._may_be_soft and self._shadow is not None else None
-        if found is not None and self._is_right(found[0]):
-            return found
-        hard, left_out = self.hard.draw(detail)
-        if found is None or not self._is_better(found[0], hard):
-            return hard, left_out
-        return found
+        if not self._may_be_soft:
+            return self.hard.draw(detail)
+        if math.isfinite(self.work.watch.seconds_left()):
+            hard = self.hard.draw(detail)
+            return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
+        soft = self._soft(detail)
+        return soft if soft is not None and self._is_right(soft[0]) else self._better(soft, self.hard.draw(detail))
+
+    def _better(
+        self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]
+    ) -> tuple[Scene, dict[str, int]]:
+        return soft if soft is not None and self._is_better(soft[0], hard[0]) else hard
 
     def _soft(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
-        """Return the drawing with a soft path; None if the time is over, or what casts the shadow has no outline."""
-        sharp, left_out = self._clean.draw(detail)
-        if self.work.watch.is_over() or self._outline is None or self.work.watch.is_over():
+        """Return the drawing with a soft path; None if there is no shadow, what casts it has no outline, or time is up.
+
+        If the user stops it, what is left to do takes no time.
+        """
+        if self._shadow is None:
             return None
-        assert self._shadow is not None
+        sharp, left_out = self._clean.draw(detail)
+        if self._is_time_up or self._outline is None or self._is_time_up:
+            return None
         return self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow)), left_out
+
+    @property
+    def _is_time_up(self) -> bool:
+        return self.work.watch.seconds_left() <= 0.0
 
     @property
     def _may_be_soft(self) -> bool:

@@ -36,7 +36,7 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
     area_min = max((TEXTURES.jpeg_area_min if is_jpeg else TEXTURES.area_min) * parts.size, TEXTURES.side_min**2)
     for number, place in enumerate(ndimage.find_objects(parts), 1):
         is_part = parts[place] == number
-        if is_part.sum() >= area_min and _is_texture(is_part, change[place]):
+        if is_part.sum() >= area_min and _is_texture(is_part, change[place]) and _is_rough(is_part, levels[place]):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
 
@@ -103,6 +103,13 @@ def _is_texture(is_part: Mask, change: Levels) -> bool:
         and is_textured.mean() >= TEXTURES.textured_min
         and is_weak.mean() >= TEXTURES.weak_min
     )
+
+
+def _is_rough(is_part: Mask, levels: Levels) -> bool:
+    """Return whether the ``levels`` of a part [h, w] differ from those around them. Those of a shadow do not."""
+    inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
+    rough = np.abs(levels - ndimage.uniform_filter(levels.astype(np.float64), (3, 3, 1))).max(2)
+    return bool(inside.any() and (rough[inside] > TEXTURES.rough_change).mean() >= TEXTURES.rough_min)
 
 
 def _with_edges(found: Mask, is_other: Mask) -> Mask:

@@ -105,7 +105,7 @@ def _draw_chosen(
 
 
 def suited_mode(request: Request, condition: Condition | None) -> tuple[ModeChoice, Mask | None]:
-    """Return the mode that suits a picture, and which of its pixels [h, w] are photos if that is the mode mixed.
+    """Return the mode that suits a picture, and which pixels [h, w] are photos: None except in the mode mixed.
 
     Args:
         request: what to draw, with the picture as it was before its enlargement and noise.

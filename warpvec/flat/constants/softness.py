@@ -65,14 +65,14 @@ class SoftnessConstants:
     """Most plateaus of a picture that is looked at; more are the texture of a photo."""
 
     rounds: int = 4
-    """Most times that shapes which the shadow explains are left out of what casts it, and the shadow is fitted anew.
-    With a shadow of 2 px, whose edges mix with those of the shapes, the third one changes little."""
+    """Most fits of a shadow after the first. Before each, shapes that the shadow explains are left out of what casts
+    it. With a shadow of 2 px, whose edges mix with those of the shapes, the third one changes little."""
 
     shapes_max: int = 24
     """Most separate shapes of which each is asked whether it casts the shadow: each takes a blur of the picture."""
 
     alone: float = 0.9
-    """Share of the whole shadow that is one shape's, at pixels that tell whether it casts one."""
+    """A pixel tells whether a shape casts a shadow if this share of the whole shadow there would be of that shape."""
 
     seen_min: float = 0.5
     """Share of its shadow that must be seen there. It is 0 or 1, but for what lies there besides."""

@@ -52,6 +52,11 @@ class TextureConstants:
     0.26 to 0.8; soft shading and gradients 0.1 to 0.2 of the first two, dots of a halftone and blurred outlines few
     weak changes or a long outline."""
 
+    rough_change: float = 2.0
+    rough_min: float = 0.2
+    """Difference in levels of a pixel from the mean of its 3 x 3 pixels, and the smallest share of an area of texture
+    with more. Kodak's photos in cards and ovals have 0.42 and more; shadows of our own making have 0."""
+
     # What stands for it in the drawing (texture_outlines.py)
 
     whole_min: float = 0.99
