@@ -43,6 +43,7 @@ def cluster() -> Iterator[None]:
     """Start a cluster in this process with room for two workers."""
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     os.environ["RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO"] = "0"
+    os.environ["RAY_memory_monitor_refresh_ms"] = "0"  # or Ray kills workers when other programs need the memory
     # Workers find the same modules as this process: warpvec in a bare checkout, and the tests.
     environment = {"env_vars": {"PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])}}
     ray.init(
@@ -126,6 +127,7 @@ def test_a_killed_worker_costs_its_photo_an_attempt(cluster: None, photos: Path,
     options = [*OPTIONS, "--recursive", "--engine", "ray", "--json"]
     result = invoke("batch", f"file://{photos}", f"file://{out}", *options)
     assert result.exit_code == 1, result.output
+    assert result.stdout, result.exception
     facts = json.loads(result.stdout)
     assert (facts["skipped"], facts["done"], facts["failed"]) == (5, 0, 1)
     assert {path: path.stat().st_mtime_ns for path in out.rglob("*.svg")} == times
