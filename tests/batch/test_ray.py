@@ -43,12 +43,12 @@ def cluster() -> Iterator[None]:
     """Start a cluster in this process with room for two workers."""
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     os.environ["RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO"] = "0"
-    os.environ["RAY_memory_monitor_refresh_ms"] = "0"  # or Ray kills workers when other programs need the memory
     # Workers find the same modules as this process: warpvec in a bare checkout, and the tests.
     environment = {"env_vars": {"PYTHONPATH": os.pathsep.join([str(TESTS.parent), str(TESTS)])}}
     ray.init(
         num_cpus=2, num_gpus=0, include_dashboard=False, log_to_driver=False, logging_level="error",
         runtime_env=environment,
+        _system_config={"memory_monitor_refresh_ms": 0},  # or Ray kills workers when other programs need the memory
     )  # fmt: skip
     yield
     ray.shutdown()

@@ -14,8 +14,10 @@ from warpvec.geometry.scene import Scene, straightened
 from warpvec.geometry.strokes import BEVEL, BUTT, MITER, ROUND, SQUARE, Strokes
 from warpvec.geometry.structure import Structure
 from warpvec.image.metrics import psnr
+from warpvec.polish.folds import FoldGuard
 from warpvec.polish.outline_samples import crossed_pixels
 from warpvec.polish.polish import polish
+from warpvec.polish.variables import Variables
 from warpvec.rendering.draw import draw_exactly
 from warpvec.rendering.exact import ExactRenderer
 
@@ -51,6 +53,19 @@ def test_moved_strokes_go_back() -> None:
     assert psnr(draw_exactly(result, HEIGHT, WIDTH, 1), target.numpy()) > 45
     assert result.strokes is not None and (result.strokes.width - scene.strokes.width).abs().max() < 0.1
     assert result.structure.is_open is not None and result.structure.is_open.tolist() == [True, False, True]
+
+
+def test_no_handle_passes_the_end_of_its_line() -> None:
+    scene, config = with_lines(three_strokes()), FitConfig(device="cpu", threads=1)
+    variables = Variables(scene, Target(torch.zeros(HEIGHT, WIDTH, 3), config, "cpu"), config)
+    segments = scene.segments.clone()
+    end, way = segments[2, 0], segments[2, 0] - segments[1, 0]
+    segments[1, 2] = end + 0.2 * way  # the hook goes beyond its end and comes back
+    beyond = replace(scene, segments=segments)
+    moved = Variables(beyond, variables.target, config).start
+    at_end = torch.arange(len(segments)) == 1
+    assert torch.equal(FoldGuard(scene, variables, 2, is_on=True).folds(moved), at_end)
+    assert not FoldGuard(beyond, variables, 2, is_on=True).folds(moved).any()
 
 
 def test_samples_tell_how_the_covered_area_changes() -> None:

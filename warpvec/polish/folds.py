@@ -1,4 +1,4 @@
-"""Keep the outlines of a drawing from crossing themselves while they move."""
+"""Keep the outlines of a drawing from crossing themselves, and strokes from turning back, while they move."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from warpvec.geometry.crossings import crossings_of_rows, overlapping_pairs, sums_of_paths
+from warpvec.geometry.overshoots import overshoots
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.polish.variables import Variables
@@ -24,7 +25,8 @@ CROSSINGS_GUARDED_MAX = 256
 class FoldGuard:
     """Finds what crosses itself more often than in the drawing at the start, and takes it back.
 
-    Paths beyond ``PAIRS_GUARDED_MAX`` or ``CROSSINGS_GUARDED_MAX`` may fold.
+    Strokes may cross themselves. Their segments must not overshoot their ends, unless they did at the start. Paths
+    beyond ``PAIRS_GUARDED_MAX`` or ``CROSSINGS_GUARDED_MAX`` may fold.
 
     Args:
         start: the drawing at the start, with R segments.
@@ -36,23 +38,30 @@ class FoldGuard:
     def __init__(self, start: Scene, variables: Variables, precision: int, *, is_on: bool) -> None:
         self._start, self._variables, self._precision = start, variables, precision
         self._is_guarded = (overlapping_pairs(start) <= PAIRS_GUARDED_MAX) & is_on
-        if start.strokes is not None:  # lines may cross
+        self._may_overshoot = torch.ones(len(start.segments), dtype=torch.bool, device=start.segments.device)
+        if start.strokes is not None and is_on:  # lines may cross
             self._is_guarded &= ~start.strokes.is_stroked
+            self._may_overshoot = ~start.strokes.is_stroked[start.structure.segment_path.long()] | overshoots(start)
         if variables.locked is not None:
             self._is_guarded &= ~variables.locked
+            self._may_overshoot |= variables.locked[start.structure.segment_path.long()]
         # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
         as_written = crossings_of_rows(self._written(start), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
         self._is_guarded &= sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
-        self._is_on = bool(self._is_guarded.any())
+        self._is_on = bool(self._is_guarded.any()) or not bool(self._may_overshoot.all())
         self._safe = variables.start
 
     def folds(self, x: Tensor) -> Tensor:
-        """Return the segments [R] (bool) that cross more often than at the start, once a file has rounded them."""
+        """Return the segments [R] (bool) that are folded and were not at the start, once a file has rounded them.
+
+        Those of fills cross more often than at the start, those of strokes overshoot.
+        """
         if not self._is_on:
             return torch.zeros_like(self._crossings, dtype=torch.bool)
-        found = crossings_of_rows(self._written(self._variables.scene(x)), self._is_guarded)
-        return (found > self._crossings) & (found > 0)
+        scene = self._written(self._variables.scene(x))
+        folded = crossings_of_rows(scene, self._is_guarded) > self._crossings
+        return folded if self._may_overshoot.all() else folded | (overshoots(scene) & ~self._may_overshoot)
 
     def trust(self, x: Tensor) -> None:
         """Go back to the values ``x``, which fold nowhere, from now on."""

@@ -11,6 +11,9 @@ import torch
 from warpvec.arrays import Floats32
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.strokes import recognition
+from warpvec.flat.strokes.line_fitting import Rows
+from warpvec.flat.strokes.stroke import Stroke
 from warpvec.geometry.forms.registry import CIRCLE, ROUND_RECT
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import BUTT, MITER, ROUND
@@ -95,6 +98,20 @@ SHAPES = {
 @pytest.mark.parametrize("name", SHAPES)
 def test_other_shapes_are_no_strokes(name: str) -> None:
     assert drawn(SHAPES[name]).strokes is None
+
+
+def test_a_candidate_that_is_no_stroke_spoils_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = recognition.stroke_candidates
+    bar = Rows(np.array([[[40.0, 100.0]] * 3, [[80.0, 100.0]] * 3]), np.array([True, True]), True)
+
+    def with_blob(scene: Scene) -> dict[int, Stroke]:
+        strokes = found(scene)
+        (blob,) = {*scene.generation.tolist()} - {*strokes}
+        return {**strokes, blob: Stroke([0], [bar], 12.0, ROUND, ROUND, [None])}
+
+    monkeypatch.setattr(recognition, "stroke_candidates", with_blob)
+    scene = drawn(SHAPES["a blob"].replace("<path", '<path fill="#bbb"') + stroke("M20 60C50 50 70 90 108 70", 6))
+    assert scene.strokes is not None and sorted(scene.strokes.width.tolist()) == pytest.approx([0.0, 6.0], abs=0.1)
 
 
 def test_strokes_can_be_turned_off() -> None:

@@ -181,6 +181,10 @@ class StrokeConstants:
     hopeless: float = 4.0
     """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
 
+    worst_share: float = 0.5
+    """Of such strokes, those go first whose outlines move by at least this share of the farthest move. The move of the
+    others is measured again without them: a fill that is no stroke covers and uncovers what lies around."""
+
     cost_share_max: float = 0.95
     """Largest share of the numbers that a shape had before, with which it becomes a stroke."""
 

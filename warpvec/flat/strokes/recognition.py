@@ -39,7 +39,7 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
         return {}
     judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic)
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
-    found = judge.verdict(drawn, tried, detail)
+    found = judge.hopeful_verdict(drawn, tried, detail)
     attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail) for path in found.hopeful}
     while any(not attempt.is_over for attempt in attempts.values()) and not watch.is_over():
         tried = {path: attempt.stroke for path, attempt in attempts.items() if attempt.stroke is not None}
@@ -71,16 +71,23 @@ class _Verdict:
     Attributes:
         fitted: the strokes as they are drawn.
         rise: by how much the squared error of each pixel rose [h, w].
-        hopeful: those worth a try with other lines.
+        moved: how far the outlines of each seem to have moved, as a root mean square in pixels.
+        hopeless: those that are not worth a try with other lines.
         accepted: those that make the file shorter and that the picture accepts.
         close: those of these that show no difference.
     """
 
     fitted: dict[int, Stroke]
     rise: Floats32
-    hopeful: list[int]
+    moved: dict[int, float]
+    hopeless: set[int]
     accepted: set[int]
     close: set[int]
+
+    @property
+    def hopeful(self) -> list[int]:
+        """The others."""
+        return [path for path in self.fitted if path not in self.hopeless]
 
     def of(self, path: int) -> Match:
         """Return how well the stroke of a path matches the picture."""
@@ -96,6 +103,21 @@ class _Judge:
     error: Floats32
     critic: Critic
 
+    def hopeful_verdict(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> _Verdict:
+        """Return what the picture says of those of the ``strokes`` that are not hopeless; see `verdict`.
+
+        Hopeless ones go, the worst first: they also raise the error near others.
+        """
+        found = self.verdict(drawn, strokes, detail)
+        while found.hopeless:
+            least = STROKES.worst_share * max(found.moved.values())
+            gone = {path for path in found.hopeless if found.moved[path] >= least}
+            rest = {path: stroke for path, stroke in found.fitted.items() if path not in gone}
+            if not rest:
+                return found
+            found = self.verdict(with_strokes(self.scene, rest), rest, detail)
+        return found
+
     def verdict(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> _Verdict:
         """Return what the picture says of the ``strokes``, by generation, as they are in ``drawn``."""
         loop, replaced, rise = segment_loops(self.scene), self._replaced(strokes), self.critic.error(drawn) - self.error
@@ -104,7 +126,8 @@ class _Judge:
         short = {path for path in replaced if strokes[path].cost <= most[path]}
         return _Verdict(
             read_back(drawn, strokes), rise,
-            [path for path in replaced if moved[path] <= STROKES.hopeless * detail],
+            moved,
+            {path for path in replaced if moved[path] > STROKES.hopeless * detail},
             {path for path in short if moved[path] <= STROKES.detail_share * detail},
             {path for path in short if moved[path] <= STROKES.close_share * detail},
         )  # fmt: skip
