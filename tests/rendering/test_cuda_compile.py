@@ -35,6 +35,7 @@ def test_the_stages_are_found() -> None:
     assert known <= set(cubins.STAGES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stage", "variant"), cubins.VARIANTS)
 def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) -> None:
     is_adjoint = stage == "compositing_adjoint"
