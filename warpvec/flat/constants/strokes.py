@@ -175,6 +175,13 @@ class StrokeConstants:
     """Share of the detail by which outlines may move without a difference. Strokes that move farther are tried with
     more nodes, and kept if that does not help: the stroke is the designer's word."""
 
+    close_peak: float = 2.0
+    """The same for each segment of an outline alone. The end of a line in a wrong direction makes a notch that everyone
+    sees, and that the mean of a long outline hides."""
+
+    worth_min: float = 1.0
+    """Worth from which a segment tells how far it has moved: that of a pixel of full contrast."""
+
     width_shared: float = 0.1
     """Widths that differ by no more pixels are the same; fitted ones are within 0.05 of the designer's."""
 

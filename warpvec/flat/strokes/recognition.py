@@ -11,7 +11,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.simplification.local_error import errors_in_boxes
+from warpvec.flat.simplification.local_error import errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
@@ -129,7 +129,8 @@ class _Judge:
             moved,
             {path for path in replaced if moved[path] > STROKES.hopeless * detail},
             {path for path in short if moved[path] <= STROKES.detail_share * detail},
-            {path for path in short if moved[path] <= STROKES.close_share * detail},
+            {path for path in short if moved[path] <= STROKES.close_share * detail
+             and self._farthest(rise, replaced[path]) <= STROKES.close_peak * detail},
         )  # fmt: skip
 
     def _replaced(self, strokes: dict[int, Stroke]) -> dict[int, Mask]:
@@ -146,6 +147,12 @@ class _Judge:
         points = self.samples.control[rows].reshape(-1, 2)
         found = errors_in_boxes(rise, points.min(0)[None], points.max(0)[None])
         return self.critic.detail_of(self.samples.worth[rows].sum(), float(found[0]), SIMPLIFICATION.whole_noise)
+
+    def _farthest(self, rise: Floats32, rows: Mask) -> float:
+        """Return how far the one of ``rows`` [R] that has moved most seems to have, as `_moved` does."""
+        found = zip(self.samples.worth[rows].tolist(), errors_near(self.samples.control[rows], rise), strict=True)
+        return max((self.critic.detail_of(worth, float(error), SIMPLIFICATION.noise) for worth, error in found
+                   if worth >= STROKES.worth_min), default=0.0)  # fmt: skip
 
 
 def _fill_cost(scene: Scene, rows: Mask, loop: Integers) -> float:
