@@ -157,7 +157,7 @@ def _places(random: np.random.Generator, sigma: float) -> list[tuple[float, floa
 
 def _shape(random: np.random.Generator, side: int, place: tuple[float, float, float]) -> str:
     """Return the data of a disk, a rounded box or a star."""
-    x, y, r = (side * share for share in place)
+    x, y, r = (round(side * share, 2) for share in place)  # or the arcs of a disk, as written, are no half circles
     kind = random.integers(3)
     if kind == 0:
         return f"M{x - r:.2f} {y:.2f}a{r:.2f} {r:.2f} 0 1 0 {2 * r:.2f} 0a{r:.2f} {r:.2f} 0 1 0 {-2 * r:.2f} 0z"

@@ -10,6 +10,7 @@ import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
+from warpvec.flat.softness.same_outline import find_casters
 from warpvec.flat.softness.shadows import find_shadow
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
@@ -79,8 +80,24 @@ def test_a_shadow_becomes_one_soft_path() -> None:
     with torch.no_grad():
         scene, _ = SoftDrawing(FlatDrawing(torch.from_numpy(image), config)).draw(0.1)
     assert len(scene) == 2 and scene.softness is not None
-    assert [each for each in scene.softness.sigma.tolist() if each] == [pytest.approx(3.0, rel=0.1)]
+    assert [each for each in scene.softness.sigma.tolist() if each] == [pytest.approx(3.0, rel=0.02)]
     assert np.abs(draw_8_bits(scene, SIDE, SIDE, 1) / 255.0 - image).mean() < 0.003
+    shade, shape = (scene.select(torch.tensor([k])) for k in range(2))  # the shadow has the outline of its shape
+    moves = shade.segments[:, 0] - shape.segments[:, 0]
+    torch.testing.assert_close(moves, torch.tensor([[4.0, 6.0]]).expand(len(moves), 2), atol=0.05, rtol=0)
+    np.testing.assert_allclose(1.0 - shade.color[0].numpy(), 0.6 / float(shade.opacity), atol=0.01)
+
+
+def test_what_casts_a_shadow_is_found_among_the_paths() -> None:
+    pytest.importorskip("svgelements")
+    top = '<circle cx="36" cy="32" r="5" fill="#fc3"/>'
+    shadow = find_shadow(picture(top=top))
+    assert shadow is not None
+    size = 'width="80" height="80"'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><path d="M24 24h28v16h-12v14h-16z"/>{top}</svg>'
+    shapes = read_svg(text).scene
+    assert find_casters(shapes, shadow, 1) == [0]
+    assert find_casters(shapes.moved(6.0, 0.0), shadow, 1) is None
 
 
 def test_a_time_budget_is_for_the_drawing_without_a_soft_path_first(monkeypatch: pytest.MonkeyPatch) -> None:

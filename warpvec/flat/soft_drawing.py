@@ -17,10 +17,10 @@ from torch import Tensor
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.softness.same_outline import find_casters, joined_outlines, measured_again, soft_copy
 from warpvec.flat.softness.shadows import Shadow, find_shadow
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
-from warpvec.geometry.structure import Structure
 from warpvec.polish.polish import polish
 from warpvec.svg.write import write_svg
 
@@ -69,7 +69,10 @@ class SoftDrawing:
         sharp, left_out = self._clean.draw(detail)
         if self._is_time_up or self._outline is None or self._is_time_up:
             return None
-        return self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow)), left_out
+        free = self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow))
+        same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow)
+        is_same_better = same is not None and self._description(self.work, same) <= self._description(self.work, free)
+        return (same if same is not None and is_same_better else free), left_out
 
     @property
     def _is_time_up(self) -> bool:
@@ -103,7 +106,7 @@ class SoftDrawing:
         height, width = mask.shape[:2]
         parts = cut_out(replace(drawn.outlined(), strokes=None), width, height).scene
         dark = (parts.color.amax(1) < 0.5).nonzero().flatten()
-        return _joined(parts.select(dark)) if len(dark) else None
+        return joined_outlines(parts.select(dark)) if len(dark) else None
 
     def _soft_path(self, shadow: Shadow) -> Scene:
         assert self._outline is not None
@@ -115,13 +118,29 @@ class SoftDrawing:
             softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
         )
 
-    def _fitted(self, scene: Scene) -> Scene:
-        """Return ``scene`` with its soft paths fitted; a fit would undo exact circles and level lines of others."""
+    def _with_same_outline(self, sharp: Scene, shadow: Shadow) -> Scene | None:
+        """Return ``sharp`` above a shadow with the outlines of its shapes; None if no paths are what casts it."""
+        below, threads, image = _lower_count(sharp, shadow), self.work.config.threads, self.work.image.numpy()
+        shapes = sharp.select(torch.arange(below, len(sharp)))
+        casters = find_casters(shapes, shadow, threads) if 0 < len(shapes) <= SOFTNESS.paths_right else None
+        if casters is None:
+            return None
+        for _ in range(SOFTNESS.same_rounds):
+            shadow = measured_again(image, shapes, casters, shadow, threads)
+            whole = self._fitted(_inserted(sharp, soft_copy(shapes, casters, shadow), shadow), is_soft_fitted=False)
+            assert whole.softness is not None
+            sharp = whole.select(~whole.softness.is_soft)
+            shapes = sharp.select(torch.arange(below, len(sharp)))
+        shadow = measured_again(image, shapes, casters, shadow, threads)
+        return _inserted(sharp, soft_copy(shapes, casters, shadow), shadow)
+
+    def _fitted(self, scene: Scene, *, is_soft_fitted: bool = True) -> Scene:
+        """Return ``scene`` with its soft paths fitted, or the others; a fit may undo level lines of these."""
         work = self.work
         assert scene.softness is not None
         count = min(SOFTNESS.iterations, work.config.iterations)
         part = work.watch.part(planned=work.watch.iterations + count)
-        locked = ~scene.softness.is_soft
+        locked = scene.softness.is_soft != is_soft_fitted
         return polish(work.critic.target, scene, work.config, part, iterations=count, locked=locked).scene
 
     def _is_right(self, soft: Scene) -> bool:
@@ -131,29 +150,27 @@ class SoftDrawing:
 
     def _is_better(self, soft: Scene, hard: Scene) -> bool:
         """Return whether ``soft`` is the better description, by its error and its bytes."""
+        return self._description(self.work, soft) < self._description(self.hard, hard)
+
+    def _description(self, work: FlatDrawing, scene: Scene) -> float:
+        """Return the error of a drawing times what its bytes weigh."""
         height, width = self.work.image.shape[:2]
-        judged = ((self.hard, hard), (self.work, soft))
-        before, after = (float(work.critic.target.squared_error(scene).sum()) for work, scene in judged)
-        bytes_before, bytes_after = (len(write_svg(scene, width, height)) for scene in (hard, soft))
-        return after * bytes_after**SOFTNESS.byte_exponent < before * bytes_before**SOFTNESS.byte_exponent
-
-
-def _joined(parts: Scene) -> Scene:
-    """Return all paths of ``parts``, which do not overlap, as the loops of one path."""
-    structure = parts.structure
-    counts = structure.loop_first_segment.diff().tolist()
-    whole = Structure.of_loops([counts], structure.is_line, structure.is_open)
-    rest = {name: getattr(parts, name)[:1] for name in ("color", "opacity", "generation")}
-    return replace(parts, structure=whole, gradients=None, strokes=None, forms=None, softness=None, **rest)
+        error = float(work.critic.target.squared_error(scene).sum())
+        return error * len(write_svg(scene, width, height)) ** SOFTNESS.byte_exponent
 
 
 def _inserted(scene: Scene, path: Scene, shadow: Shadow) -> Scene:
     """Return ``scene`` with ``path`` right above the ground: the page, or the lowest path if it has its colour."""
-    ground = torch.from_numpy(shadow.ground).float()
-    is_page = not scene.transparent and _is_near(scene.background, ground)
-    below = 0 if is_page or not len(scene) or not _is_near(scene.color[0], ground) else 1
+    below = _lower_count(scene, shadow)
     lower, upper = scene.prefix(below), scene.select(torch.arange(below, len(scene)))
     return lower.joined(path).joined(upper)
+
+
+def _lower_count(scene: Scene, shadow: Shadow) -> int:
+    """Return how many paths lie below the shadow: the ground, unless the page is."""
+    ground = torch.from_numpy(shadow.ground).float()
+    is_page = not scene.transparent and _is_near(scene.background, ground)
+    return 0 if is_page or not len(scene) or not _is_near(scene.color[0], ground) else 1
 
 
 def _is_near(color: Tensor, other: Tensor) -> bool:

@@ -83,6 +83,22 @@ class SoftnessConstants:
     mask_detail: float = 0.5
     """Detail in pixels of the outline of what casts a shadow; its blur shows no more."""
 
+    # Outlines of a shadow (softness/same_outline.py)
+
+    caster_inside: float = 0.95
+    """Share of the area of a path that must lie in what casts the shadow. As much of it lies on another path, or else
+    nothing: what only overlaps has no outline of its own."""
+
+    caster_unlike: float = 0.04
+    """Share of what casts the shadow by which the chosen paths may differ from it: its edges are only nearly known. A
+    disk of 15 px whose edge is half a pixel off has 0.07, one of 40 px 0.025."""
+
+    covered_min: float = 0.002
+    """Coverage from which on a pixel tells nothing of the shadow: half a level between black and white."""
+
+    same_rounds: int = 2
+    """Times that the shapes are fitted above the shadow, and it below them. A third time changes no file."""
+
     iterations: int = 120
     """Iterations of the fit of a whole drawing with its soft paths."""
 

@@ -7,6 +7,7 @@ blur are fitted by damped Gauss-Newton steps; the amplitude follows by least squ
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, fit_shadow, moved_blur, shade_of
+from warpvec.svg.quantize import OPACITY_DECIMALS
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Shadow:
         """The colour [3] and the opacity that look like this on the ground: the most extreme colour that can be."""
         room = np.where(self.amplitude < 0.0, self.ground, 1.0 - self.ground)
         opacity = float(np.clip((np.abs(self.amplitude) / np.maximum(room, 1e-6)).max(), 0.0, 1.0))
+        opacity = math.ceil(opacity * 10**OPACITY_DECIMALS - 1e-6) / 10**OPACITY_DECIMALS  # the colour makes up for it
         return np.clip(self.ground + self.amplitude / max(opacity, 1e-6), 0.0, 1.0), opacity
 
 

@@ -1,0 +1,101 @@
+"""Give a shadow the very outlines of the shapes that cast it, moved: a fit of a free outline absorbs what is unclear.
+
+With the exact coverage of the shapes, offset, blur and colour of the shadow follow from the picture by the fit of
+`warpvec.flat.softness.shadow_fitting`, and the shapes by another fit of the drawing above that shadow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Mask
+from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.flat.softness.shadow_fitting import fit_shadow
+from warpvec.flat.softness.shadows import Shadow
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.softness import Softness
+from warpvec.geometry.structure import Structure
+from warpvec.rendering.draw import draw_exactly
+
+
+def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
+    """Return the outermost paths of ``shapes`` that together are what casts ``shadow``; None if no paths are just that.
+
+    Paths that lie on others do not matter.
+    """
+    height, width = shadow.casters.shape
+    covers = [_coverage(shapes.select(torch.tensor([k])), height, width, threads) for k in range(len(shapes))]
+    union, found = np.zeros_like(shadow.casters), []
+    for k in sorted(range(len(covers)), key=lambda k: -covers[k].sum()):
+        area, common = covers[k].sum(), (covers[k] * shadow.casters).sum()
+        overlap = (covers[k] * union).sum()
+        if common < SOFTNESS.caster_inside * area or overlap > SOFTNESS.caster_inside * area:
+            continue
+        if overlap > (1.0 - SOFTNESS.caster_inside) * area:
+            return None
+        union += covers[k]
+        found.append(k)
+    is_all = np.abs(union - shadow.casters).sum() <= SOFTNESS.caster_unlike * shadow.casters.sum()
+    return sorted(found) if found and is_all else None
+
+
+def measured_again(image: Floats, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:
+    """Return the ``shadow`` below ``shapes`` in a picture ``image`` [h, w, 3], fitted with their exact coverage.
+
+    Args:
+        image: sRGB-encoded in [0, 1].
+        shapes: all that lies above the shadow.
+        casters: the paths of ``shapes`` that cast it.
+        shadow: one that is nearly right.
+        threads: of the renderer.
+    """
+    height, width = shadow.casters.shape
+    cast = np.clip(_coverage(_as_one(shapes, casters), height, width, threads), 0.0, 1.0)
+    covered: Mask = _coverage(_as_one(shapes, [*range(len(shapes))]), height, width, threads) > SOFTNESS.covered_min
+    is_seen = ~ndimage.binary_dilation(covered)
+    rough = shadow.offset, shadow.sigma, 255.0 * shadow.amplitude, 0.0
+    found = fit_shadow(255.0 * (image - shadow.ground), cast, is_seen, rough)
+    if found is None:
+        return shadow
+    offset, sigma, amplitude, _ = found
+    return replace(shadow, casters=cast, offset=offset, sigma=sigma, amplitude=amplitude / 255.0)
+
+
+def soft_copy(shapes: Scene, casters: list[int], shadow: Shadow) -> Scene:
+    """Return the paths ``casters`` of ``shapes`` as one soft path, moved and painted as the ``shadow``."""
+    color, opacity = shadow.paint
+    return replace(
+        _as_one(shapes, casters).moved(*shadow.offset),
+        color=torch.from_numpy(color).float()[None],
+        opacity=torch.tensor([opacity], dtype=torch.float32),
+        softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
+    )
+
+
+def joined_outlines(parts: Scene) -> Scene:
+    """Return the outlines of all paths of ``parts`` as the loops of one path."""
+    structure = parts.structure
+    counts = structure.loop_first_segment.diff().tolist()
+    whole = Structure.of_loops([counts], structure.is_line, structure.is_open)
+    rest = {name: getattr(parts, name)[:1] for name in ("color", "opacity", "generation")}
+    return replace(parts, structure=whole, gradients=None, strokes=None, forms=None, softness=None, **rest)
+
+
+def _as_one(shapes: Scene, paths: list[int]) -> Scene:
+    """Return some paths as one; a single one keeps its form."""
+    chosen = replace(shapes.select(torch.tensor(paths)), gradients=None, softness=None)
+    return chosen if len(paths) == 1 else joined_outlines(chosen)
+
+
+def _coverage(path: Scene, height: int, width: int, threads: int | None) -> Floats:
+    """Return how much of each pixel a scene of one ``path`` covers [h, w]."""
+    white = replace(
+        path, color=torch.ones_like(path.color), opacity=torch.ones_like(path.opacity), gradients=None, softness=None,
+        background=torch.zeros_like(path.background), transparent=False,
+    )  # fmt: skip
+    found: Floats = draw_exactly(white, height, width, threads)[..., 0].astype(np.float64)
+    return found
