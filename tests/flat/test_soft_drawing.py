@@ -48,6 +48,23 @@ def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tup
     assert np.abs(found.amplitude - 0.6 * change).max() <= 4.0 / 255.0
 
 
+def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
+    pytest.importorskip("svgelements")
+    color, alpha = np.array(parse_color("#402060")), np.zeros((SIDE, SIDE, 1))
+    alpha[...] = 1.0 - picture()[..., :1]  # a black shadow on white: how much it covers
+    shape = np.ptp(picture(), axis=2, keepdims=True) > 0.1
+    image = np.where(
+        shape, [0.18, 0.49, 0.88, 1.0], np.concatenate([np.broadcast_to(color, (SIDE, SIDE, 3)), alpha], 2)
+    )
+    found = find_shadow(np.round(255.0 * image).astype(np.float32) / 255.0)
+    assert found is not None and found.clean.shape == (SIDE, SIDE, 4)
+    assert found.sigma == pytest.approx(3.0, rel=0.03) and found.offset == pytest.approx((4.0, 6.0), abs=0.1)
+    paint, opacity = found.paint
+    assert opacity == pytest.approx(0.6, abs=0.02) and np.abs(paint - color).max() < 0.02
+    assert found.clean[60, 30, 3] < 0.02 and found.clean[30, 30, 3] > 0.98
+    assert find_shadow(np.where(shape, image, 0.0).astype(np.float32)) is None
+
+
 def test_a_shape_without_a_shadow_beside_one_with_it_changes_nothing() -> None:
     pytest.importorskip("svgelements")
     found = find_shadow(picture(x=-6, y=-8, top='<path fill="#123" d="M50 62h22v8h-22z"/>'))

@@ -71,8 +71,10 @@ class SoftDrawing:
             return None
         free = self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow))
         same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow)
-        is_same_better = same is not None and self._description(self.work, same) <= self._description(self.work, free)
-        return (same if same is not None and is_same_better else free), left_out
+        if same is None:
+            return free, left_out
+        before, after = (self._description(self.work, scene) for scene in (free, same))
+        return (same if after <= SOFTNESS.same_worth * before else free), left_out
 
     @property
     def _is_time_up(self) -> bool:
@@ -80,10 +82,10 @@ class SoftDrawing:
 
     @property
     def _may_be_soft(self) -> bool:
-        config, image = self.work.config, self.work.image
+        config = self.work.config
         is_free = config.opacity == "free" and config.gradients != 0.0 and not config.cutout
         is_free = is_free and config.palette is None and not config.colors
-        return is_free and image.shape[2] == 3 and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
+        return is_free and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
 
     @cached_property
     def _shadow(self) -> Shadow | None:
@@ -167,7 +169,9 @@ def _inserted(scene: Scene, path: Scene, shadow: Shadow) -> Scene:
 
 
 def _lower_count(scene: Scene, shadow: Shadow) -> int:
-    """Return how many paths lie below the shadow: the ground, unless the page is."""
+    """Return how many paths lie below the shadow: the ground, unless the page is, or there is none."""
+    if len(shadow.ground) > 3:
+        return 0
     ground = torch.from_numpy(shadow.ground).float()
     is_page = not scene.transparent and _is_near(scene.background, ground)
     return 0 if is_page or not len(scene) or not _is_near(scene.color[0], ground) else 1

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from torch import Tensor
@@ -33,6 +35,17 @@ def over(image: Pixels, matte: float) -> Pixels:
     """Return straight ``image`` [h, w, 4] over the grey ``matte`` [h, w, 3], blended as encoded, as SVG viewers do."""
     color, alpha = image[..., :3], image[..., 3:]
     return color * alpha + (1.0 - alpha) * matte
+
+
+def over_mattes(image: NDArray[Any]) -> NDArray[Any]:
+    """Return straight ``image`` [h, w, 4] over each of ``MATTES``, side by side [h, w, 6]."""
+    return np.concatenate([over(image, matte) for matte in MATTES], 2)
+
+
+def from_mattes(image: NDArray[Any]) -> NDArray[Any]:
+    """Return the straight image [h, w, 4] that is ``image`` [h, w, 6] over ``MATTES``."""
+    black, white = image[..., :3], image[..., 3:]
+    return straight(np.concatenate([black, 1.0 - (white - black).mean(2, keepdims=True)], 2))
 
 
 def premultiplied(image: Pixels) -> Pixels:

@@ -29,6 +29,9 @@ class SoftnessConstants:
     zone_area: int = 60
     """Fewest pixels of a soft zone: a shadow of 1 px around a shape of 20 px has as many."""
 
+    inner_area: int = 15
+    """Fewest of them with translucent neighbours all around, in a picture with alpha. Edges have none."""
+
     amplitude_min: float = 6.0
     """Least difference in levels between a ground and its shadow. Fainter ones are rather a JPEG's traces."""
 
@@ -98,6 +101,10 @@ class SoftnessConstants:
 
     same_rounds: int = 2
     """Times that the shapes are fitted above the shadow, and it below them. A third time changes no file."""
+
+    same_worth: float = 2.0
+    """Factor by which the error may be higher with the same outline: it is the designer's word. At 76 dB a free outline
+    has less, and a colour that is 10 levels off. An outline that is not the same has many times the error."""
 
     iterations: int = 120
     """Iterations of the fit of a whole drawing with its soft paths."""

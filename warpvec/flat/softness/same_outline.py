@@ -12,10 +12,10 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import fit_shadow
-from warpvec.flat.softness.shadows import Shadow
+from warpvec.flat.softness.shadows import Shadow, channels_of
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
@@ -43,11 +43,11 @@ def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int
     return sorted(found) if found and is_all else None
 
 
-def measured_again(image: Floats, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:
-    """Return the ``shadow`` below ``shapes`` in a picture ``image`` [h, w, 3], fitted with their exact coverage.
+def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:
+    """Return the ``shadow`` below ``shapes`` in a picture ``image`` [h, w, 3 or 4], fitted with their exact coverage.
 
     Args:
-        image: sRGB-encoded in [0, 1].
+        image: sRGB-encoded in [0, 1], with straight alpha.
         shapes: all that lies above the shadow.
         casters: the paths of ``shapes`` that cast it.
         shadow: one that is nearly right.
@@ -58,7 +58,7 @@ def measured_again(image: Floats, shapes: Scene, casters: list[int], shadow: Sha
     covered: Mask = _coverage(_as_one(shapes, [*range(len(shapes))]), height, width, threads) > SOFTNESS.covered_min
     is_seen = ~ndimage.binary_dilation(covered)
     rough = shadow.offset, shadow.sigma, 255.0 * shadow.amplitude, 0.0
-    found = fit_shadow(255.0 * (image - shadow.ground), cast, is_seen, rough)
+    found = fit_shadow(255.0 * (channels_of(image) - shadow.ground), cast, is_seen, rough)
     if found is None:
         return shadow
     offset, sigma, amplitude, _ = found

@@ -14,11 +14,11 @@ _SIGMAS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 
 
 FoundShadow = tuple[tuple[float, float], float, Floats, float]
-"""Offset, standard deviation, amplitude [3] and the unexplained share of the energy of a shadow."""
+"""Offset, standard deviation, amplitude [C] and the unexplained share of the energy of a shadow."""
 
 
 def shade_of(cast: Floats, found: FoundShadow) -> Floats:
-    """Return what a shadow adds to the ground [h, w, 3], in levels."""
+    """Return what a shadow adds to the ground [h, w, C], in levels."""
     offset, sigma, amplitude, _ = found
     shade: Floats = moved_blur(cast, offset, sigma)[..., None] * amplitude
     return shade
@@ -61,10 +61,10 @@ def _reduced(values: Floats, step: int) -> Floats:
 def _fit(
     change: Floats, mask: Floats, is_seen: Mask, begin: tuple[float, float, float] | None = None
 ) -> FoundShadow | None:
-    """Return offset, standard deviation, amplitude [3] and the unexplained share of the energy of a shadow.
+    """Return offset, standard deviation, amplitude [C] and the unexplained share of the energy of a shadow.
 
     Args:
-        change: the picture minus its ground, in levels [h, w, 3].
+        change: the picture minus its ground, in levels [h, w, C].
         mask: coverage of the casters [h, w].
         is_seen: where nothing covers the shadow [h, w].
         begin: an offset and a standard deviation that are nearly right; None to look for these.

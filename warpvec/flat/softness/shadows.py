@@ -3,6 +3,9 @@
 The *casters* are the plateaus of one colour with sharp edges. The *soft zone* is what is neither ground nor caster. A
 shadow is the mask of the casters, moved by (dx, dy) and blurred by sigma, times an amplitude in each channel. Moves and
 blur are fitted by damped Gauss-Newton steps; the amplitude follows by least squares.
+
+The ground may be transparent. Such a picture is looked at over black and over white at once: it has C = 6 channels here
+where an opaque one has 3.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, fit_shadow, moved_blur, shade_of
+from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
 from warpvec.svg.quantize import OPACITY_DECIMALS
 
 
@@ -26,11 +30,11 @@ class Shadow:
 
     Attributes:
         casters: coverage of what casts it [h, w], in [0, 1].
-        ground: colour of what it lies on [3], sRGB-encoded in [0, 1].
-        amplitude: what it adds to the ground in each channel [3]; negative for a shadow.
+        ground: colour of what it lies on [C], sRGB-encoded in [0, 1].
+        amplitude: what it adds to the ground in each channel [C]; negative for a shadow.
         offset: how far it is moved to the right and down, in pixels.
         sigma: its standard deviation in pixels.
-        clean: the picture without it [h, w, 3].
+        clean: the picture without it [h, w, 3 or 4].
     """
 
     casters: Floats
@@ -42,7 +46,14 @@ class Shadow:
 
     @property
     def paint(self) -> tuple[Floats, float]:
-        """The colour [3] and the opacity that look like this on the ground: the most extreme colour that can be."""
+        """The colour [3] and the opacity that look like this on the ground.
+
+        On an opaque one many do; they are the most extreme colour that can be, and the least opacity.
+        """
+        if len(self.amplitude) > 3:
+            black, white = self.amplitude[:3], self.amplitude[3:]
+            opacity = float(np.clip((black - white).mean(), 0.0, 1.0))
+            return np.clip(black / max(opacity, 1e-6), 0.0, 1.0), opacity
         room = np.where(self.amplitude < 0.0, self.ground, 1.0 - self.ground)
         opacity = float(np.clip((np.abs(self.amplitude) / np.maximum(room, 1e-6)).max(), 0.0, 1.0))
         opacity = math.ceil(opacity * 10**OPACITY_DECIMALS - 1e-6) / 10**OPACITY_DECIMALS  # the colour makes up for it
@@ -50,8 +61,10 @@ class Shadow:
 
 
 def find_shadow(image: Floats32) -> Shadow | None:
-    """Return the shadow of an opaque picture ``image`` [h, w, 3], sRGB-encoded in [0, 1]; None if it has none."""
-    levels = 255.0 * image.astype(np.float64)
+    """Return the shadow of ``image`` [h, w, 3 or 4], sRGB-encoded, with straight alpha, in [0, 1]; None without one."""
+    if is_transparent(image) and not _has_soft_alpha(image[..., 3]):
+        return None
+    levels = 255.0 * channels_of(image)
     plateaus, count = _plateaus(levels)
     ground = _ground(levels, plateaus, count)
     if ground is None or count > SOFTNESS.plateaus_max:
@@ -76,8 +89,20 @@ def find_shadow(image: Floats32) -> Shadow | None:
     edge = near & ~casters
     clean[edge] = _unshaded(levels, color, shade, casters & (plateaus > 0), edge)
     clean[~near & (np.abs(clean - color).max(2) <= 3.0 * SOFTNESS.alike)] = color
-    cleaned: Floats32 = (np.clip(clean, 0.0, 255.0) / 255.0).astype(np.float32)
+    clean = np.clip(clean, 0.0, 255.0) / 255.0
+    cleaned: Floats32 = (from_mattes(clean) if is_transparent(image) else clean).astype(np.float32)
     return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, cleaned)
+
+
+def _has_soft_alpha(alpha: Floats32) -> bool:
+    """Return whether ``alpha`` [h, w] is between 0 and 1 in wider areas than anti-aliased edges."""
+    inner = ndimage.binary_erosion((alpha > 0.0) & (alpha < 1.0), np.ones((3, 3)))
+    return bool(inner.sum() >= SOFTNESS.inner_area)
+
+
+def channels_of(image: Floats32) -> Floats:
+    """Return ``image`` [h, w, 3 or 4] as it is, or over black and white if it is transparent [h, w, C]."""
+    return (over_mattes(image) if is_transparent(image) else image).astype(np.float64)
 
 
 def _refitted(
@@ -117,9 +142,9 @@ def _cast(
     """Return the coverage [h, w] of what casts a shadow, and the shadow that fits best; None without a soft zone.
 
     Args:
-        levels: the picture [h, w, 3].
+        levels: the picture [h, w, C].
         casters: pixels of shapes with sharp edges [h, w].
-        color: the ground [3], in levels.
+        color: the ground [C], in levels.
         is_ground: where the picture shows it [h, w].
         rough: a shadow that is nearly right; None to look for it in a small copy alone.
         bare: pixels of shapes that cast none [h, w]; None if all do.
@@ -226,10 +251,10 @@ def _coverage(levels: Floats, casters: Mask, near: Mask, shaded: Floats | None) 
     """Return how much of each pixel the casters cover [h, w]; of a pixel at their edge, by its colour.
 
     Args:
-        levels: the picture [h, w, 3].
+        levels: the picture [h, w, C].
         casters: pixels that they cover [h, w].
         near: these and the pixels at their edges [h, w].
-        shaded: the ground with its shadow [h, w, 3], which changes within a few pixels; None if that is not known.
+        shaded: the ground with its shadow [h, w, C], which changes within a few pixels; None if that is not known.
     """
     _, (y, x) = ndimage.distance_transform_edt(~casters, return_indices=True)
     _, (v, u) = ndimage.distance_transform_edt(near, return_indices=True)
@@ -243,7 +268,7 @@ def _coverage(levels: Floats, casters: Mask, near: Mask, shaded: Floats | None) 
 
 
 def _unshaded(levels: Floats, ground: Floats, shade: Floats, pure: Mask, edge: Mask) -> Floats:
-    """Return the colours of the pixels at an ``edge`` [K, 3] as they mix the nearest ``pure`` colour and the ground."""
+    """Return the colours of the pixels at an ``edge`` [K, C] as they mix the nearest ``pure`` colour and the ground."""
     _, (y, x) = ndimage.distance_transform_edt(~pure, return_indices=True)
     own, beside = levels[y, x][edge], (ground + shade)[edge]
     span = own - beside
