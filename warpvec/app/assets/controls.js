@@ -51,6 +51,14 @@ export class ControlPanel {
     this.showEffects();
   }
 
+  /** Puts controls at values of their settings, by their names. Returns the names of those that stood elsewhere. */
+  put(values) {
+    const places = CONTROLS.filter(({ name }) => name in values).map(({ name, settings }) => [name, settings[0].values.indexOf(values[name])]);
+    const changed = places.filter(([name, place]) => place >= 0 && place !== this.positions[name]);
+    this.show({ ...this.positions, ...Object.fromEntries(changed) }, this.kind, find("found").title);
+    return changed.map(([name]) => name);
+  }
+
   /** The mode that is chosen: "auto", "photo", "flat" or "mono". */
   get mode() {
     return settingsForServer(this.positions).mode;
