@@ -47,7 +47,7 @@ def run_job(
 
     Args:
         job: what to do.
-        report: called with "mode" and facts when the kind of picture is known.
+        report: called with "mode" and facts when the kind of picture is known, and again if it proves to be another.
         watch: progress and stop of the job.
         threads: CPU threads; None for all cores.
         outlines: of the picture of the last job, for a job that changes its detail; they become those of this job.
@@ -78,6 +78,9 @@ def run_job(
         drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines, known=known)
     result = Result(drawing, watch.facts())
     is_fitted_again = job.start is not None and job.keeps_paths
+    if not is_fitted_again and result.config.mode != mode:  # its drawing has shown that the picture is of another kind
+        kind = {"mode": result.config.mode, "reason": drawing.mode_reason}
+        report("mode", {**kind, "width": width, "height": height})
     return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
 
 

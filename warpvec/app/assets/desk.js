@@ -149,7 +149,10 @@ export class Desk {
     Object.assign(picture, { proposal: "", isStopping: false, asked: { positions: picture.positions, edits } });
     // The result of the fit before, if it is on its way, is not wanted any more.
     picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
-    const request = { settings: settingsForServer(picture.positions), ...more };
+    const settings = settingsForServer(picture.positions);
+    // Its own drawing has shown what the picture is: a look at the picture alone may say otherwise.
+    if (more.keepsPaths && picture.mode) settings.mode = picture.mode;
+    const request = { settings, ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
       if (!this.pictures.includes(picture)) return;

@@ -27,6 +27,7 @@ export class MakePanel {
   constructor(desk) {
     this.desk = desk;
     this.machine = null;
+    this.checked = null; // the drawing whose warnings are shown
     for (const button of findAll("[data-machine]")) button.addEventListener("click", () => this.choose(button.dataset.machine));
     find("make-check").addEventListener("click", () => this.check());
     find("make-save").addEventListener("click", () => desk.save(desk.view.drawingText(), MACHINES[this.machine].format));
@@ -42,21 +43,25 @@ export class MakePanel {
     this.machine = machine;
     const changed = this.desk.panel.put(MACHINES[machine].settings);
     if (changed.length) this.desk.changeSettings(this.desk.panel.positions, changed.includes("mode") ? "mode" : changed[0]);
-    this.forget();
     this.show();
   }
 
   /** Takes back what was said of a drawing that has changed. */
   forget() {
-    find("make-warnings").replaceChildren();
+    if (this.checked && this.checked !== this.desk.view.drawingText()) {
+      this.checked = null;
+      find("make-warnings").replaceChildren();
+    }
   }
 
   async check() {
     const { desk } = this;
     await desk.attempt(async () => {
-      const { size, warnings } = await desk.server.cutFacts(desk.view.drawingText());
+      const text = desk.view.drawingText();
+      const { size, warnings } = await desk.server.cutFacts(text);
+      this.checked = text;
       const lines = [`The drawing is ${size}.`, ...(warnings.length ? warnings : ["Nothing that would go wrong was found."])];
-      find("make-warnings").replaceChildren(...lines.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+      find("make-warnings").replaceChildren(...lines.map((textContent) => Object.assign(document.createElement("li"), { textContent })));
     });
   }
 
