@@ -159,3 +159,14 @@ def test_a_picture_whose_drawing_proves_it_a_photo_is_said_to_be_one(monkeypatch
     found = run_job(job, lambda kind, facts: seen.append((facts["mode"], facts["reason"])), Watch(), 1)
     assert seen == [("flat", "it has few colours"), ("photo", "as it proved to be")]
     assert found["mode"] == "photo"
+
+
+def test_a_drawing_with_a_goal_in_bytes_keeps_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warpvec.polish.edited.ITERATIONS", 3)
+    fine = svg(f'<path fill="#3060a0" d="M0 0h{10 * SIDE}v{10 * SIDE}h-{10 * SIDE}z"/>', square(100.25, 200, "#e04020"))
+    fine = fine.replace(f'viewBox="0 0 {SIDE} {SIDE}"', f'viewBox="0 0 {10 * SIDE} {10 * SIDE}"')
+    settings = FitSettings({"mode": "photo", "max_bytes": 30_000})
+    job = FitJob(1, picture(PAPER, TRUE), "x", settings, start=fine, before=fine, keeps_paths=True)
+    text = run_job(job, lambda kind, facts: None, Watch(), 1)["svg"]
+    assert f'viewBox="0 0 {10 * SIDE} {10 * SIDE}"' in text
+    assert "\n" not in text.strip()
