@@ -85,9 +85,11 @@ def draw_logo(photographer: Photographer, logo: Path, node_at: tuple[float, floa
     photographer.take(desk, "logo")
     page = desk.page
     page.locator("#sides label").nth(1).click()
-    page.keyboard.press("n")
     with Image.open(logo) as image:
         desk.click(node_at[0] * image.width, node_at[1] * image.height)
+    if not page.evaluate("() => window.warpvecView.state.selected"):
+        page.keyboard.press("]")  # there is no path at that place: the lowest one
+    page.keyboard.press("n")
     page.wait_for_selector("#surface[data-points*=node]")
     for key in "+" * ZOOMS + "]":
         page.keyboard.press(key)

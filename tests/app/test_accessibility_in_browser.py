@@ -43,6 +43,17 @@ def faults(desk: DeskPage) -> list[str]:
     ]
 
 
+def outside(desk: DeskPage) -> list[str]:
+    """Return the controls and words of the panels that reach over their edges."""
+    script = """() => [...document.querySelectorAll("aside")].flatMap((panel) => {
+        const { left, right } = panel.getBoundingClientRect();
+        const isOut = (box) => box.width && (box.left < left - 1 || box.right > right + 1);
+        return [...panel.querySelectorAll("*")].filter((each) => isOut(each.getBoundingClientRect()))
+            .map(({ outerHTML }) => outerHTML.slice(0, 200));
+    })"""
+    return list(desk.page.evaluate(script))
+
+
 def write_arrow(path: Path) -> None:
     """Write a shape that has nodes: a circle would have a radius instead."""
     large = Image.new("RGB", (480, 320), "white")
@@ -62,14 +73,14 @@ def test_no_state_of_the_page_has_a_serious_fault(
     assert faults(desk) == []
     desk.drop(tmp_path / "arrow.png")
     desk.wait_for_status("done")
-    assert faults(desk) == []
+    assert faults(desk) == [] and outside(desk) == []
     page.locator("#sides label").nth(1).click()
     page.locator("#path-next").click()
     assert faults(desk) == []
     page.locator("#tools label", has_text="Nodes").click()
     page.locator("#node-next").click()
     page.wait_for_selector("#surface[data-points*=node]")
-    assert faults(desk) == []
+    assert faults(desk) == [] and outside(desk) == []
     page.locator("#help-open").click()
     assert faults(desk) == []
     desk.close()

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from warpvec.app import fitting
 from warpvec.app.fitting import run_job
 from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
+from warpvec.drawing.drawing import Drawing
 from warpvec.errors import InputError
 from warpvec.modes.flat import KnownOutlines
+from warpvec.modes.request import Request
 from warpvec.polish.erasing import erase, hole_of
 from warpvec.svg.measure import draw
 from warpvec.watch.watch import Watch
@@ -139,3 +143,30 @@ def test_black_and_white_art_that_is_to_have_colours_is_flat_art(colors: int, mo
     job, seen = FitJob(1, stream.getvalue(), "x", FitSettings({"colors": colors})), []
     found = run_job(job, lambda kind, facts: seen.append(facts["mode"]), Watch(), 1)
     assert (seen, found["mode"]) == ([mode], mode)
+
+
+def test_a_picture_whose_drawing_proves_it_a_photo_is_said_to_be_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen, draw_as = fitting.chosen_mode, fitting.draw_picture
+    job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings({"mode": "auto"}))
+
+    def drawn(request: Request, **known: object) -> Drawing:
+        settings = replace(request.settings, mode="photo", iterations=20, curves=8)
+        return replace(draw_as(replace(request, settings=settings)), mode_reason="as it proved to be")
+
+    monkeypatch.setattr(fitting, "chosen_mode", lambda *given: ("flat", "it has few colours", chosen(*given)[2]))
+    monkeypatch.setattr(fitting, "draw_picture", drawn)
+    seen = list[tuple[str, str]]()
+    found = run_job(job, lambda kind, facts: seen.append((facts["mode"], facts["reason"])), Watch(), 1)
+    assert seen == [("flat", "it has few colours"), ("photo", "as it proved to be")]
+    assert found["mode"] == "photo"
+
+
+def test_a_drawing_with_a_goal_in_bytes_keeps_its_units(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warpvec.polish.edited.ITERATIONS", 3)
+    fine = svg(f'<path fill="#3060a0" d="M0 0h{10 * SIDE}v{10 * SIDE}h-{10 * SIDE}z"/>', square(100.25, 200, "#e04020"))
+    fine = fine.replace(f'viewBox="0 0 {SIDE} {SIDE}"', f'viewBox="0 0 {10 * SIDE} {10 * SIDE}"')
+    settings = FitSettings({"mode": "photo", "max_bytes": 30_000})
+    job = FitJob(1, picture(PAPER, TRUE), "x", settings, start=fine, before=fine, keeps_paths=True)
+    text = run_job(job, lambda kind, facts: None, Watch(), 1)["svg"]
+    assert f'viewBox="0 0 {10 * SIDE} {10 * SIDE}"' in text
+    assert "\n" not in text.strip()

@@ -109,3 +109,31 @@ def test_a_measurement_ends_with_the_drawing_that_it_measures(open_page, tmp_pat
     viewer.page.evaluate(script, frame)
     call(viewer, "finishDrawing", {"svg": frame})
     assert viewer.page.locator("#layers tbody tr").count() == 3
+
+
+LOOKS = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 240 160">
+<linearGradient id="g" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="80" y2="0">
+<stop stop-color="#f00"/><stop offset="1" stop-color="#00f"/></linearGradient>
+<g id="level-0"><path d="M20 20H80V80H20Z" fill="url(#g)"/><path d="M120 20H180V80H120Z" fill="#0a0"/>
+<path d="M20 120L90 120 120 140" fill="none" stroke="#555" stroke-width="4"/></g></svg>"""
+
+EDIT_LOOKS = """() => {
+    const { app } = window.warpvecView;
+    const [graded, plain, line] = app.drawing.layers.flatMap(({ items }) => items);
+    const change = (label, item, state) => app.commands.record(label, [item], [], () => Object.assign(item, state));
+    change("Gradient", graded, { fill: { ...graded.fill, numbers: [20, 20, 20, 80], onCanvas: null } });
+    change("Softness", plain, { softness: 3 });
+    app.select([line]);
+    app.editor.move(5, -10);
+    app.endKeys();
+    app.editor.restroke({ width: 9 });
+}"""
+
+
+def test_moved_gradients_softness_and_widths_of_moved_strokes_go_on_to_the_next_drawing(open_page) -> None:
+    viewer = open_page(LOOKS)
+    viewer.page.evaluate(EDIT_LOOKS)
+    edited = call(viewer, "drawingText")
+    assert all(part in edited for part in ('y2="80"', 'stdDeviation="3"', 'stroke-width="9"', "M25"))
+    assert call(viewer, "finishDrawing", {"svg": LOOKS, "edits": "again"}) == ""
+    assert call(viewer, "drawingText") == edited

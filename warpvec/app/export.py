@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from contextlib import suppress
 
+from warpvec.app.making import MEDIA_TYPE, can_make, sheets_zip
 from warpvec.errors import InputError
 from warpvec.writers.png import canvas_of, drawing_size
 from warpvec.writers.registry import WRITERS
 from warpvec.writers.writer import Target
 
-MEDIA_TYPES = {suffix[1:]: writer.media_type for suffix, writer in WRITERS.items()}
+MEDIA_TYPES = {suffix[1:]: writer.media_type for suffix, writer in WRITERS.items()} | {"zip": MEDIA_TYPE}
 """Format -> the type that the answer states."""
 
 
@@ -20,7 +21,7 @@ def usable_formats() -> list[str]:
         with suppress(InputError):
             writer.check(f"drawing{suffix}", "format")
             found.append(suffix[1:])
-    return found
+    return [*found, "zip"] if can_make() else found
 
 
 def encode(
@@ -41,5 +42,7 @@ def encode(
     if kind not in MEDIA_TYPES:
         raise InputError("format", f"must be one of {', '.join(MEDIA_TYPES)}", repr(kind), "reload the page")
     drawing_size(text)
+    if kind == "zip":
+        return sheets_zip(text)
     canvas = canvas_of(text, width, transparent=transparent) if kind == "png" else None
     return WRITERS[f".{kind}"].encode(text, Target(canvas, name=name))

@@ -47,7 +47,7 @@ def run_job(
 
     Args:
         job: what to do.
-        report: called with "mode" and facts when the kind of picture is known.
+        report: called with "mode" and facts when the kind of picture is known, and again if it proves to be another.
         watch: progress and stop of the job.
         threads: CPU threads; None for all cores.
         outlines: of the picture of the last job, for a job that changes its detail; they become those of this job.
@@ -78,6 +78,9 @@ def run_job(
         drawing = draw_picture(_request(job, pixels, config, watch), outlines=outlines, known=known)
     result = Result(drawing, watch.facts())
     is_fitted_again = job.start is not None and job.keeps_paths
+    if not is_fitted_again and result.config.mode != mode:  # its drawing has shown that the picture is of another kind
+        kind = {"mode": result.config.mode, "reason": drawing.mode_reason}
+        report("mode", {**kind, "width": width, "height": height})
     return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
 
 
@@ -85,11 +88,18 @@ def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch:
     return Request.of(pixels, config, job.settings.goal, title=job.name, watch=watch)
 
 
+SHORT_UNITS = 2
+"""Least units per pixel by which a drawing is known to have the short form that a goal in bytes asks for. Fitted again
+it is written in the same units: the decimals of its edited paths would double the file."""
+
+
 def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int | None, watch: Watch) -> Drawing:
     """Fit the edited drawing of the job. Deleted parts are filled in photos only; areas of flat art need none."""
     assert job.start is not None
     settings = FitSettings({"mode": "photo", "opacity": job.settings.values["opacity"]})
     config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
+    if job.settings.goal and read_drawing(job.start.encode()).width >= SHORT_UNITS * pixels.shape[1]:
+        config = replace(config, minify=True, grid=1)
     edited = Edited(job.start, job.locked, job.filled if mode == "photo" else None)
     return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
 

@@ -12,6 +12,7 @@ DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
 POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words, or what is left
+POST   /cut                     SVG text in the body -> its size, and what will go wrong when it is cut
 POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
 """
 
@@ -32,6 +33,7 @@ from starlette.routing import Route
 from warpvec.app.desk import Desk, PagePicture
 from warpvec.app.export import MEDIA_TYPES, encode
 from warpvec.app.folder import list_pictures, read_picture, save_drawing, usable_name
+from warpvec.app.making import cut_facts
 from warpvec.app.page import page_text
 from warpvec.app.settings import FitSettings
 from warpvec.errors import InputError
@@ -79,6 +81,7 @@ class Routes:
             Route("/folder", self.folder),
             Route("/folder/{name}", self.from_folder),
             Route("/reshape", self.reshape, methods=["POST"]),
+            Route("/cut", self.cut, methods=["POST"]),
             Route("/export", self.export, methods=["POST"]),
         ]
         handlers: dict[Any, Callable[[Request, Exception], Awaitable[Response]]] = {InputError: _wrong_input}
@@ -178,6 +181,11 @@ class Routes:
             raise InputError("shapes", "must be a list of SVG texts", "something else", "reload the page")
         found = await asyncio.to_thread(_reshaped, texts, request.query_params.get("to", ""))
         return JSONResponse({"shapes": found})
+
+    async def cut(self, request: Request) -> Response:
+        """Return the size of the drawing in the body, and what will go wrong when it is cut."""
+        text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
+        return JSONResponse(await asyncio.to_thread(cut_facts, text))
 
     async def export(self, request: Request) -> Response:
         """Return the drawing in the body as a file of another kind."""

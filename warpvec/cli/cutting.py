@@ -27,9 +27,6 @@ SHEET_OPTIONS = (*_LENGTHS[:2], *_SWITCHES)
 CUT_OPTIONS = ("sheets", "check_cut", *_LENGTHS, *_SWITCHES)
 """Parameters that `cut_options` adds to a command."""
 
-MIN_WIDTH_MM = 0.5
-"""Width in millimetres below which --check-cut calls a place narrow: vinyl tears there, and wood burns away."""
-
 
 class _Length(click.ParamType):
     """A length with its unit, in millimetres."""
@@ -103,7 +100,7 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
     facts: dict[str, Any] = {}
     if options["sheets"] is None and not options["check_cut"]:
         return facts
-    from warpvec.making.checks import cut_warnings
+    from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
     from warpvec.making.parts import read_parts
 
     drawing, made = read_parts(result.drawing.text, result.target.per_inch), _sheet_options(result, options)

@@ -12,6 +12,9 @@ from warpvec.making.parts import Sheet
 from warpvec.making.regions import narrow_places, region_of
 from warpvec.making.sheets import SheetOptions, outline_count, sheets_of
 
+MIN_WIDTH_MM = 0.5
+"""Width in millimetres below which a place is called narrow: vinyl tears there, and wood burns away."""
+
 PIECE_MIN = 4.0
 """Area in square millimetres below which a piece gets lost: 2 x 2 mm."""
 

@@ -51,6 +51,16 @@ export class ControlPanel {
     this.showEffects();
   }
 
+  /** Puts controls at values of their settings, by their names. Returns the names of those that stood elsewhere. */
+  put(values) {
+    const given = CONTROLS.filter(({ name }) => name in values);
+    const places = given.map(({ name, settings }) => ({ name, place: settings[0].values.indexOf(values[name]) }));
+    const changed = places.filter(({ name, place }) => place >= 0 && place !== this.positions[name]);
+    const moved = Object.fromEntries(changed.map(({ name, place }) => [name, place]));
+    this.show({ ...this.positions, ...moved }, this.kind, find("found").title);
+    return changed.map(({ name }) => name);
+  }
+
   /** The mode that is chosen: "auto", "photo", "flat" or "mono". */
   get mode() {
     return settingsForServer(this.positions).mode;

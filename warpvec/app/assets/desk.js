@@ -2,6 +2,7 @@
 
 import { find, findAll, findNamed, setText } from "viewer/dom.js";
 import { ControlPanel, settingsForServer } from "app/controls.js";
+import { MakePanel } from "app/making.js";
 import { Meeting } from "app/meeting.js";
 import { connectDropping, showSide, showStatus } from "app/parts.js";
 import { PagePicture } from "app/picture.js";
@@ -27,6 +28,7 @@ export class Desk {
     const { meeting } = this;
     this.server = new Server((kind, facts) => this.receive(kind, facts), (isOther) => meeting.lose(isOther), () => meeting.find());
     this.saver = new Saver(this.server);
+    this.making = new MakePanel(this);
     this.connect();
     this.refresh();
   }
@@ -147,7 +149,10 @@ export class Desk {
     Object.assign(picture, { proposal: "", isStopping: false, asked: { positions: picture.positions, edits } });
     // The result of the fit before, if it is on its way, is not wanted any more.
     picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
-    const request = { settings: settingsForServer(picture.positions), ...more };
+    const settings = settingsForServer(picture.positions);
+    // Its own drawing has shown what the picture is: a look at the picture alone may say otherwise.
+    if (more.keepsPaths && picture.mode) settings.mode = picture.mode;
+    const request = { settings, ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
       if (!this.pictures.includes(picture)) return;
@@ -183,6 +188,7 @@ export class Desk {
   follow(isSure = false) {
     const picture = this.sheet.picture;
     const { facts } = this.view;
+    this.making.forget();
     const isOther = this.followed !== facts.text;
     this.followed = facts.text;
     if (picture && facts.positions && (isSure || (isOther && !picture.isBusy)) && !this.view.state.live) {
@@ -247,6 +253,7 @@ export class Desk {
     setText("proposal-text", `The new drawing has no place for: ${current?.proposal}.`);
     find("stop").disabled = !current?.isBusy || current.isStopping || !server.isOnline;
     find("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
+    this.making.show();
     const canSave = Boolean(current?.newest);
     for (const button of findAll("[data-format]")) {
       button.disabled = !canSave || (!server.isOnline && !["svg", "svgz"].includes(button.dataset.format));

@@ -40,6 +40,7 @@ export class Meeting {
 
   async meet(facts) {
     this.desk.saver.setUp(facts);
+    this.desk.making.setUp(facts);
     find("folder-field").hidden = !facts.folder;
     if (!facts.folder) return;
     await this.desk.attempt(async () => {

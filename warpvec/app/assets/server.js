@@ -155,6 +155,11 @@ export class Server {
     return this.ask("POST", `export?${new URLSearchParams(options)}`, text);
   }
 
+  /** Returns {size, warnings} of a drawing for machines that cut. */
+  async cutFacts(text) {
+    return (await this.ask("POST", "cut", text)).json();
+  }
+
   previewUrl(id) {
     return `${this.base}pictures/${id}/preview`;
   }

@@ -1,4 +1,5 @@
-/* "Fit again": hands the edited drawing to the page that runs fits, if there is one; see live.js. */
+/* "Fit again": hands the edited drawing to the page that runs fits, if there is one; see live.js. Paths of locked layers
+ * stay as they are, and so do edited ones if the user wants that. */
 
 import { sameState } from "viewer/changes.js";
 import { find, setText } from "viewer/dom.js";
@@ -25,9 +26,10 @@ export class FitAgain {
     const { app } = this;
     if (!app.mayChange()) return;
     const text = writeDrawing(app.drawing);
-    const isLocked = (item) => find("keep-edited").checked && this.isEdited(item);
+    const isKept = (item) => find("keep-edited").checked && this.isEdited(item);
+    const isLocked = (item) => item.layer.isLocked || isKept(item);
     const decimals = decimalsFor(app.drawing.box);
-    this.kept = new Set(this.items.filter(isLocked).map(({ shape }) => writeShape(shape, decimals)));
+    this.kept = new Set(this.items.filter(isKept).map(({ shape }) => writeShape(shape, decimals)));
     window.desk.fitAgain(text, this.items.flatMap((item, index) => (isLocked(item) ? [index] : [])));
   }
 

@@ -24,6 +24,8 @@ import { IDENTITY, LAYER_ID } from "viewer/read.js";
 
 // An outline of which the nodes have been edited replaces one that covers the same place to this share.
 const SAME_OUTLINE = 0.85;
+// Widths, and places of gradients in a shape, are the same if they differ by less than this share.
+const SAME_LENGTH = 1e-3;
 
 export function itemsOf({ layers }) {
   return layers.flatMap(({ items }) => items);
@@ -87,30 +89,46 @@ function replacedColors(items) {
   return new Map(replaced.map(([from, found]) => [from, [...found][0]]));
 }
 
-/** Returns the change of an item beyond that of its colour everywhere. */
+/** Returns the change of an item beyond that of its colour everywhere. What only moves with the shape is no change. */
 function changeOf(item, colors, base) {
   const { origin } = item;
-  const before = frozen(origin);
-  const after = frozen(item);
-  const matrix = item.shape === origin.shape ? null : affineBetween(origin.shape, item.shape);
   const isMoved = item.shape !== origin.shape;
-  const isPainted = paintText(item) !== paintText(origin) && colors.get(paintOf(origin)) !== paintOf(item);
-  const isFaded = item.opacity !== origin.opacity;
-  const isDrawn = !matrix && strokeText(item) !== strokeText(origin);
-  if (!isMoved && !isPainted && !isFaded && !isDrawn) return [];
+  const matrix = isMoved ? affineBetween(origin.shape, item.shape) : null;
+  const carried = matrix ? { ...origin, ...transformed(origin, matrix) } : origin;
+  const isReplaced = colors.has(paintOf(origin)) && colors.get(paintOf(origin)) === paintOf(item);
+  const made = {
+    isMoved,
+    isPainted: !isReplaced && !hasSamePaint(item, carried),
+    isFaded: item.opacity !== origin.opacity,
+    isDrawn: !hasSameStroke(item, carried),
+    isSoftened: !isNear(item.softness ?? 0, carried.softness ?? 0),
+  };
+  if (!Object.values(made).some(Boolean)) return [];
   const isWhole = !holdsOthers(origin, base.items);
-  return [{ kind: "change", before, after, matrix, isMoved, isPainted, isFaded, isDrawn, isWhole, erased: item.erased }];
+  return [{ kind: "change", before: frozen(origin), after: frozen(item), matrix, ...made, isWhole, erased: item.erased }];
 }
 
-/** Returns the colours of a paint as text; where a gradient lies does not count. */
-function paintText(item) {
-  const paint = paintOf(item);
-  const text = isGradient(paint) ? JSON.stringify([paint.kind, paint.stops]) : String(paint);
-  return `${text} ${Boolean(item.fill)} ${Boolean(item.stroke)}`;
+function isNear(a, b, size = Math.max(Math.abs(a), Math.abs(b))) {
+  return Math.abs(a - b) <= SAME_LENGTH * size;
 }
 
-function strokeText({ stroke }) {
-  return stroke ? [stroke.width, stroke.cap, stroke.join, stroke.limit].join(" ") : "";
+/** Tells whether two items have the same colours in the same places. */
+function hasSamePaint(item, other) {
+  const [paint, old] = [paintOf(item), paintOf(other)];
+  if (Boolean(item.fill) !== Boolean(other.fill) || Boolean(item.stroke) !== Boolean(other.stroke)) return false;
+  if (!isGradient(paint) || !isGradient(old)) return paint === old;
+  if (paint.kind !== old.kind || JSON.stringify(paint.stops) !== JSON.stringify(old.stops)) return false;
+  const { box } = item.shape;
+  const size = Math.max(box[2] - box[0], box[3] - box[1]);
+  const [matrix, oldMatrix] = [paint.matrix ?? IDENTITY, old.matrix ?? IDENTITY];
+  const isPlaced = paint.numbers.every((value, i) => isNear(value, old.numbers[i], size));
+  return isPlaced && matrix.every((value, i) => isNear(value, oldMatrix[i], i < 4 ? 1 : size));
+}
+
+function hasSameStroke({ stroke }, { stroke: old }) {
+  if (!stroke || !old) return !stroke === !old;
+  const isAlike = ["cap", "join", "limit"].every((name) => stroke[name] === old[name]);
+  return isAlike && isNear(stroke.width, old.width);
 }
 
 /** Returns an edit for each item that lies elsewhere in the order than when it was read. */
@@ -258,6 +276,7 @@ function changeItem(edit, item, isFirst) {
   }
   if (edit.isPainted) Object.assign(item, withPaint(item, paintOf(after)));
   if (edit.isFaded) item.opacity = after.opacity;
+  if (edit.isSoftened) item.softness = after.softness;
   if (edit.isDrawn && item.stroke && after.stroke) {
     const { cap, join, limit, width } = after.stroke;
     item.stroke = { ...item.stroke, cap, join, limit, width };

@@ -41,8 +41,8 @@
  * The page itself calls, where they exist:
  *   window.desk.fitAgain(svgText, lockedIndices)
  *       The button "Fit again", which is hidden without it. `svgText` is `drawingText()`; `lockedIndices` are places of
- *       paths in it, in document order from 0, not counting the background: the edited paths if they are to stay as
- *       they are, else none.
+ *       paths in it, in document order from 0, not counting the background: those of locked layers, and the edited
+ *       ones if these are to stay as they are.
  *   window.desk.save(svgText)
  *       Ctrl+S and the button "Save SVG", instead of a download.
  *   window.desk.reshape(to, svgTexts)
@@ -51,6 +51,8 @@
  *       "cut" each shape is followed by the area to take out, and the answer may also be {gone} or {same}. */
 
 import { multiply, scaling, translation } from "viewer/basics.js";
+import { mainColor } from "viewer/colornames.js";
+import { gapBetween } from "viewer/colors.js";
 import { capture, nextVersion } from "viewer/commands.js";
 import { applyEdits, deletedItems, editsInWords, editsOf, isPristine, itemsOf } from "viewer/edits.js";
 import { eraseAgain, mustErase } from "viewer/erasing.js";
@@ -243,13 +245,32 @@ function divideLayers(drawing, stated) {
   drawing.base.layers = drawing.layers.map((layer) => ({ layer, name: layer.name }));
 }
 
-/** Puts the content of `next` into the app's drawing; hidden layers and the selection are found again by place. */
+// Largest difference of a channel, of 255, between the colours of one layer in two drawings.
+const NEAR_COLOR = 24;
+
+/** Returns the function that finds the layer of `drawing` that a layer of `next` was: the one of the same name as read,
+ * or as it is now, or else the one that had the nearest colour. */
+function counterpartLayers(drawing, next) {
+  const nameOf = ({ base }, layer) => base.layers.find((each) => each.layer === layer)?.name;
+  const colorOf = ({ base }, layer) => mainColor({ items: base.items.filter((origin) => origin.layer === layer) });
+  const { layers } = drawing;
+  return (layer) => {
+    const [name, color] = [nameOf(next, layer), colorOf(next, layer)];
+    const same = layers.find((old) => nameOf(drawing, old) === name) ?? layers.find((old) => old.name === layer.name);
+    if (same || !color) return same;
+    const gaps = layers.map((old) => ({ old, own: colorOf(drawing, old) })).filter(({ own }) => own);
+    const [nearest] = gaps.map(({ old, own }) => ({ old, gap: gapBetween(color, own) })).sort((a, b) => a.gap - b.gap);
+    return nearest?.gap <= NEAR_COLOR ? nearest.old : undefined;
+  };
+}
+
+/** Puts the content of `next` into the app's drawing; hidden and locked layers, and the selection, are found again. */
 function replaceDrawing(app, next) {
-  const places = new Map(app.drawing.layers.map((layer) => [layer.name, layer]));
+  const counterpart = counterpartLayers(app.drawing, next);
   const chosen = [];
   for (const layer of next.layers) {
     layer.version = nextVersion();
-    const old = places.get(layer.name);
+    const old = counterpart(layer);
     if (!old) continue;
     [layer.visible, layer.isLocked] = [old.visible, old.isLocked];
     old.items.forEach((item, i) => {

@@ -1,0 +1,50 @@
+"""Layers stay locked and hidden in the next drawing, and a fit leaves what is locked as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from desk_browser import DeskPage
+from quick_desk import QuickServer, quick_server_fixture, write_logo  # noqa: F401  (fixture)
+
+pytestmark = NEEDS_BROWSER
+
+RECOLOUR = """([from, to]) => {
+    const { app } = warpvecView;
+    app.select(app.drawing.layers.flatMap(({ items }) => items).filter(({ fill }) => fill === from));
+    const field = document.getElementById("fill");
+    field.value = to;
+    for (const type of ["input", "change"]) field.dispatchEvent(new Event(type, { bubbles: true }));
+}"""
+
+
+def states(desk: DeskPage) -> dict[str, list[bool]]:
+    """Return by the first word of each layer whether it is shown and locked."""
+    script = """() => [...document.querySelectorAll("#layers tbody tr")].map((row) =>
+        [row.innerText.trim().split(/\\s/)[0], [...row.querySelectorAll("input")].map(({ checked }) => checked)])"""
+    desk.page.wait_for_timeout(200)
+    return dict(desk.page.evaluate(script))
+
+
+def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page = desk.page
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    page.evaluate(RECOLOUR, ["#2e9b4f", "#ff8000"])
+    page.get_by_label("Lock orange #ff8000").check()
+    page.get_by_label("Show gold #f2c230").uncheck()
+    with desk.fitting():
+        page.locator("#set-cutout").check()
+    assert states(desk) == {
+        "orange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False], "gold": [False, False],
+    }  # fmt: skip
+    page.evaluate("() => { window.sent = null; window.desk.fitAgain = (text, locked) => { window.sent = locked; }; }")
+    page.keyboard.press("Control+z")
+    page.keyboard.press("Control+z")  # of the recolouring: no path is edited now
+    page.locator("#fit-again").evaluate("(button) => button.click()")
+    assert page.evaluate("() => window.sent") == [0]
+    desk.close()

@@ -1,0 +1,79 @@
+/* "Make": settings and files for machines. A machine sets the controls; then the page saves its file, and says what may
+ * go wrong. */
+
+import { find, findAll, setText } from "viewer/dom.js";
+
+/** @type {Record<string, {settings: Record<string, any>, format: string, words: string}>} */
+const MACHINES = {
+  vinyl: {
+    settings: { mode: "flat", cutout: true }, format: "zip",
+    words: "A sheet for each colour, with marks to lay them on each other and a border to peel along.",
+  },
+  laser: {
+    settings: { mode: "flat", cutout: true }, format: "dxf",
+    words: "Parts that do not overlap, with a layer for each colour, in millimetres.",
+  },
+  pen: {
+    settings: { mode: "lines", cutout: false }, format: "svg",
+    words: "One stroke along each line, in an order that moves the pen little.",
+  },
+  stencil: {
+    settings: { mode: "mono", cutout: false }, format: "dxf",
+    words: "One shape. It has no bridges: what lies inside of a hole falls out.",
+  },
+};
+
+export class MakePanel {
+  constructor(desk) {
+    this.desk = desk;
+    this.machine = null;
+    this.checked = null; // the drawing whose warnings are shown
+    for (const button of findAll("[data-machine]")) button.addEventListener("click", () => this.choose(button.dataset.machine));
+    find("make-check").addEventListener("click", () => this.check());
+    find("make-save").addEventListener("click", () => desk.save(desk.view.drawingText(), MACHINES[this.machine].format));
+  }
+
+  /** Shows the panel if the server can write what machines need. */
+  setUp({ formats }) {
+    find("make").hidden = !formats.includes("zip");
+  }
+
+  /** Sets the controls for a machine; the picture is drawn with them. */
+  choose(machine) {
+    this.machine = machine;
+    const changed = this.desk.panel.put(MACHINES[machine].settings);
+    if (changed.length) this.desk.changeSettings(this.desk.panel.positions, changed.includes("mode") ? "mode" : changed[0]);
+    this.show();
+  }
+
+  /** Takes back what was said of a drawing that has changed. */
+  forget() {
+    if (this.checked && this.checked !== this.desk.view.drawingText()) {
+      this.checked = null;
+      find("make-warnings").replaceChildren();
+    }
+  }
+
+  async check() {
+    const { desk } = this;
+    await desk.attempt(async () => {
+      const text = desk.view.drawingText();
+      const { size, warnings } = await desk.server.cutFacts(text);
+      this.checked = text;
+      const lines = [`The drawing is ${size}.`, ...(warnings.length ? warnings : ["Nothing that would go wrong was found."])];
+      find("make-warnings").replaceChildren(...lines.map((textContent) => Object.assign(document.createElement("li"), { textContent })));
+    });
+  }
+
+  show() {
+    const { machine } = this;
+    for (const button of findAll("[data-machine]")) button.ariaPressed = String(button.dataset.machine === machine);
+    find("make-box").hidden = !machine;
+    if (!machine) return;
+    setText("make-text", MACHINES[machine].words);
+    setText("make-save", `Save ${MACHINES[machine].format === "zip" ? "sheets" : MACHINES[machine].format.toUpperCase()}`);
+    const { current, server } = this.desk;
+    const isReady = Boolean(current?.newest) && !current.isBusy && server.isOnline;
+    for (const id of ["make-check", "make-save"]) find(id).disabled = !isReady;
+  }
+}

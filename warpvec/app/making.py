@@ -1,0 +1,50 @@
+"""What the page hands to machines that cut: a sheet for each colour, and what may go wrong."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from io import BytesIO
+from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
+
+MEDIA_TYPE = "application/zip"
+
+
+def can_make() -> bool:
+    """Return whether the packages of the extra "cut" are installed."""
+    return all(map(find_spec, ("ezdxf", "shapely")))
+
+
+def sheets_zip(text: str) -> bytes:
+    """Return a ZIP file with an SVG in millimetres of each colour of the drawing ``text``.
+
+    Each sheet has marks by which sheets are laid on each other, and a border along which the rest is peeled off.
+
+    Raises:
+        InputError: the text is no drawing.
+    """
+    from warpvec.making.parts import read_parts
+    from warpvec.making.sheet_svg import sheet_text
+    from warpvec.making.sheets import SheetOptions, sheets_of
+
+    sheets = sheets_of(read_parts(text), SheetOptions(registration=True, weeding=True))
+    stream = BytesIO()
+    with ZipFile(stream, "w", ZIP_DEFLATED) as file:
+        for number, (color, sheet) in enumerate(sheets.items(), 1):
+            file.writestr(f"{number:02}-{color[1:]}.svg", sheet_text(sheet))
+    return stream.getvalue()
+
+
+def cut_facts(text: str) -> dict[str, Any]:
+    """Return the size of the drawing ``text`` in words, and what will go wrong when it is cut, a sentence each.
+
+    Raises:
+        InputError: the text is no drawing.
+    """
+    from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
+    from warpvec.making.parts import read_parts
+    from warpvec.making.sheets import SheetOptions
+
+    drawing = read_parts(text)
+    size = f"{drawing.width:.4g} x {drawing.height:.4g} mm"
+    return {"size": size, "warnings": cut_warnings(drawing, MIN_WIDTH_MM, SheetOptions())}
