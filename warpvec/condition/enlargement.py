@@ -62,8 +62,7 @@ def find_enlargement(gray: NDArray[np.floating[Any]]) -> Enlargement | None:
     sides = (best.along, best.across) if width >= height else (best.across, best.along)
     names = [NEAREST] if best.kernel == NEAREST else list(KERNELS)
     rest = {
-        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, *CUT_OFF)
-        for name in names
+        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, *CUT_OFF) for name in names
     }
     kernel = min(names, key=lambda name: rest[name])
     return Enlargement(*sides, kernel, along.length / best.along, rest[kernel])
