@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from damage import as_jpeg, blurred, drawn, enlarged, levels_of, noisy
-from PIL import Image
+from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 from sweep import sweep
 
@@ -36,6 +36,17 @@ def test_an_enlargement_is_found_with_its_exact_size_and_kernel(kernel: Resampli
     assert (found.width, found.height) == small.size
     if factor != 2.0:  # linear and cubic kernels make the same pictures from different ones there
         assert found.kernel == kernel.name.lower()
+
+
+@sweep("factor", [3, 5, 8])
+def test_an_enlargement_is_found_where_it_was_cut_off_at_black_and_white(factor: int) -> None:
+    large = Image.new("RGB", (240, 240), "white")
+    pen = ImageDraw.Draw(large)
+    pen.ellipse([19, 34, 144, 158], outline="black", width=22)
+    pen.line([48, 216, 211, 72], fill="black", width=17)
+    found = found_in(enlarged(large.resize((60, 60), Resampling.BOX), factor, Resampling.BICUBIC))
+    assert found is not None
+    assert (found.width, found.height, found.kernel) == (60, 60, "bicubic")
 
 
 @sweep("factor", [2, 3, 8, 20])

@@ -7,7 +7,13 @@ import pytest
 from cards import card
 
 import warpvec
+from warpvec.condition.condition import Condition
+from warpvec.condition.enlargement import Enlargement
+from warpvec.condition.jpeg import Jpeg
+from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
+from warpvec.modes.choice import suited_mode
+from warpvec.modes.request import Request
 from warpvec.svg.measure import draw
 
 
@@ -37,3 +43,15 @@ def test_a_goal_is_refused() -> None:
     image, _ = card("rectangle")
     with pytest.raises(InputError, match="mode must be another one for a file of a given size"):
         warpvec.vectorize(image, mode="mixed", max_bytes=9000)
+
+
+def test_traces_of_a_jpeg_after_an_enlargement_are_no_photo() -> None:
+    image, _ = card("ellipse")
+    request = Request.of(image.astype(np.float32), FitConfig())
+    enlargement = Enlargement(image.shape[1], image.shape[0], "bicubic", 3.0, 0.5)
+    found = {
+        jpeg: suited_mode(request, Condition(enlargement=enlargement, jpeg=Jpeg(80, True) if jpeg else None))
+        for jpeg in (False, True)
+    }
+    assert found[False][0].mode == "mixed" and found[False][1] is not None
+    assert found[True][0].mode != "mixed" and found[True][1] is None

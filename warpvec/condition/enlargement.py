@@ -62,8 +62,7 @@ def find_enlargement(gray: NDArray[np.floating[Any]]) -> Enlargement | None:
     sides = (best.along, best.across) if width >= height else (best.across, best.along)
     names = [NEAREST] if best.kernel == NEAREST else list(KERNELS)
     rest = {
-        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, 0.5, 254.5)
-        for name in names
+        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, *CUT_OFF) for name in names
     }
     kernel = min(names, key=lambda name: rest[name])
     return Enlargement(*sides, kernel, along.length / best.along, rest[kernel])
@@ -93,19 +92,31 @@ class Lines:
     def __init__(self, rows: Floats) -> None:
         """Keep the ``rows`` [length, N]."""
         self.rows, self.length = rows, len(rows)
-        self._known: dict[tuple[int, str], float] = {}
+        self._known: dict[tuple[int, str, bool], float] = {}
 
-    def unexplained(self, size: int, kernel: str) -> float:
-        """Return the root mean square in levels of what rows of ``size`` pixels do not explain."""
-        if (size, kernel) not in self._known:
-            self._known[size, kernel] = Upsampling(self.length, size, kernel).unexplained(self.rows)
-        return self._known[size, kernel]
+    def unexplained(self, size: int, kernel: str, is_cut: bool = False) -> float:
+        """Return the root mean square in levels of what rows of ``size`` pixels do not explain.
 
-    def dip(self, size: int, kernel: str, reach: int = 2) -> float:
+        With ``is_cut``, pixels at black or white may have been cut off there, if that explains more; it takes longer.
+        """
+        is_cut &= self.is_cut_off and kernel in OVERSHOOTING
+        if (size, kernel, is_cut) not in self._known:
+            up = Upsampling(self.length, size, kernel)
+            rest = up.unexplained_of_cut_off(self.rows, *CUT_OFF) if is_cut else up.unexplained(self.rows)
+            self._known[size, kernel, is_cut] = rest
+        rest = self._known[size, kernel, is_cut]
+        return min(rest, self.unexplained(size, kernel)) if is_cut else rest
+
+    def dip(self, size: int, kernel: str, reach: int = 2, is_cut: bool = False) -> float:
         """Return what ``size`` leaves unexplained, as a share of the least that sizes beside it, within reach, do."""
         sizes = [size + step for step in range(-reach, reach + 1) if step != 0 and size + step > 1]
-        beside = min(self.unexplained(each, kernel) for each in sizes)
-        return (self.unexplained(size, kernel) + CONDITION.dip_levels) / (beside + CONDITION.dip_levels)
+        beside = min(self.unexplained(each, kernel, is_cut) for each in sizes)
+        return (self.unexplained(size, kernel, is_cut) + CONDITION.dip_levels) / (beside + CONDITION.dip_levels)
+
+    @cached_property
+    def is_cut_off(self) -> bool:
+        """Whether some pixels are black or white, at which what an enlargement overshoots is cut off."""
+        return bool(((self.rows <= CUT_OFF[0]) | (self.rows >= CUT_OFF[1])).any())
 
     @cached_property
     def is_clean(self) -> bool:
@@ -124,6 +135,12 @@ class Lines:
         relative = power / (median_filter(power, CONDITION.spectrum_window) + 1e-9)
         return np.interp(_FREQUENCIES, np.arange(len(power)) / count, relative)
 
+
+CUT_OFF = 0.5, 254.5
+"""Levels below and above which a pixel is black or white."""
+
+OVERSHOOTING = frozenset(KERNELS) - {"bilinear"}
+"""The kernels with negative weights."""
 
 SCANNED = "bilinear"
 """The kernel that sizes are looked for with: it is quick, and what other kernels have made dips with it too."""
@@ -184,26 +201,28 @@ def _is_explained(along: Lines, across: Lines, sizes: tuple[int, int], kernel: s
 
     Edges of an icon may lie on a grid by chance, but a clean picture that was enlarged is explained exactly.
     """
-    rest = along.unexplained(sizes[0], kernel), across.unexplained(sizes[1], kernel)
+    rest = along.unexplained(sizes[0], kernel, True), across.unexplained(sizes[1], kernel, True)
     if along.is_clean and across.is_clean:
-        return max(rest) <= (CONDITION.clean_levels if kernel == NEAREST else CONDITION.clean_rest_max)
+        whole = max(along.unexplained(sizes[0], kernel), across.unexplained(sizes[1], kernel))
+        limit = CONDITION.clean_levels if kernel == NEAREST else CONDITION.clean_rest_max
+        return max(rest) <= limit and whole <= CONDITION.clean_whole_rest_max
     return min(rest) <= CONDITION.rest_max  # what was cut off at black or white may be on one axis alone
 
 
 def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
     """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
-    name = kernel or min([NEAREST, *KERNELS], key=lambda each: along.unexplained(size, each))
+    name = kernel or min([NEAREST, *KERNELS], key=lambda each: along.unexplained(size, each, True))
     limit = CONDITION.nearest_dip_max if name == NEAREST else CONDITION.dip_max
     if name == NEAREST and along.length % size:
         return None  # squares of unequal sizes are as likely the edges of a drawing
-    dips = [along.dip(size, name, CONDITION.dip_reach)]
+    dips = [along.dip(size, name, CONDITION.dip_reach, True)]
     if dips[0] > CONDITION.axis_dip_max:
         return None
     middle = round(size * across.length / along.length)
     near = [max(CONDITION.side_min // 2, middle + step) for step in (-1, 0, 1)]
-    other = min(near, key=lambda each: across.unexplained(each, name))
+    other = min(near, key=lambda each: across.unexplained(each, name, True))
     if other > CONDITION.side_min // 2 and across.rows.any():
-        dips.append(across.dip(other, name, CONDITION.dip_reach))
+        dips.append(across.dip(other, name, CONDITION.dip_reach, True))
     mean = math.prod(dips) ** (1.0 / len(dips))
     is_clear = max(dips) <= CONDITION.axis_dip_max and mean <= limit
     is_clear = is_clear and _is_explained(along, across, (size, other), name)

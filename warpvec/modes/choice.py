@@ -126,11 +126,22 @@ def _may_be_mixed(choice: ModeChoice, request: Request) -> bool:
 
 def _textures(request: Request, condition: Condition | None) -> Mask | None:
     """Return which pixels [h, w] of the copy of the picture are photos; None if none are, or they cannot be told."""
-    if request.picture.is_transparent or (condition is not None and condition.light is not None):
+    if request.picture.is_transparent or not _may_have_texture(condition):
         return None
     from warpvec.flat.textures import find_textures
 
     return find_textures(request.picture.reduced, condition is not None and condition.jpeg is not None)
+
+
+def _may_have_texture(condition: Condition | None) -> bool:
+    """Return whether texture in a picture, as it was before its enlargement, can be a photo.
+
+    Uneven light is texture, too, and so are the traces of a JPEG that came after the enlargement: they are smaller than
+    its blocks, and stronger.
+    """
+    if condition is None:
+        return True
+    return condition.light is None and (condition.enlargement is None or condition.jpeg is None)
 
 
 def _has_all_paths(drawing: Drawing, settings: FitConfig) -> bool:

@@ -72,3 +72,26 @@ def test_two_shapes_of_two_inks_that_touch_keep_their_inks() -> None:
     regions = regions_on_white(0.9 * brow + eye)
     shown = regions.paints.color[np.unique(regions.label[20:29, 20:30])][:, 0]
     np.testing.assert_allclose(np.sort(shown), [0.0, 0.1, 1.0], atol=0.01)
+
+
+def test_letter_across_the_edge_of_two_grounds_has_the_ink_of_its_word() -> None:
+    covered = letters(STEM, BAR) + letters(STEM, BAR, x=9.5) + letters(STEM, BAR, x=19.0)
+    tint = np.where(np.arange(SIDE)[:, None] < 35, [1.0, 1.0, 1.0], [0.6, 0.9, 0.7])
+    image = (1.0 - covered[..., None]) * tint
+    regions = find_regions((np.rint(255.0 * image) / 255.0).astype(np.float32))
+    assert regions.is_lettering is not None
+    is_word = regions.is_lettering & (regions.paints.color.max(1) < 0.02)
+    ink = regions.share * is_word[regions.label] + (1.0 - regions.share) * is_word[regions.other]
+    assert np.abs(ink - covered).max() < 0.12
+    assert np.abs(regions.mixed()[..., :3] - image).max() < 0.05
+
+
+def test_halo_that_letters_part_is_one_region() -> None:
+    inner = letters(box(14.5, 11.0, 15.5, 25.0))
+    covered = inner + letters(box(20.5, 8.0, 21.5, 28.0)) + letters(box(26.2, 8.0, 27.4, 28.0))
+    halo = letters(box(8.0, 8.0, 40.0, 28.0))
+    paper = letters(box(0.0, 44.0, 64.0, 64.0))
+    ground = 0.8 + 0.2 * (halo + paper)
+    image = np.repeat(((1.0 - covered) * ground)[..., None], 3, 2)
+    regions = find_regions((np.rint(255.0 * image) / 255.0).astype(np.float32))
+    assert len(np.unique(regions.label[8:28, 8:40][covered[8:28, 8:40] == 0.0])) == 1

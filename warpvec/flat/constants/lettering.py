@@ -15,7 +15,15 @@ class LetteringConstants:
     """Noise of a picture up to which marks are looked for. Screens with gradients have 2.0 levels."""
 
     ground_area_min: int = 256
-    """Pixels of one flat paint that can be the ground of marks. The counters of letters of 40 px have fewer."""
+    part_area_min: int = 64
+    """Pixels of a region that can be the ground of marks, and of one of the same flat paint as a larger one. The
+    counters of letters of 40 px have fewer than the first; their strokes are seldom as large as the second."""
+
+    part_side_min: int = 5
+    """Longer side in pixels, less one, of the smallest mark among edges of grounds. Edges leave smaller ones over."""
+
+    edge_share_max: float = 0.5
+    """Largest share of the pixels around a mark that are edges of its ground, such as a narrow halo."""
 
     height_max: int = 48
     width_max: int = 96
@@ -36,6 +44,9 @@ class LetteringConstants:
 
     mix_part: float = 0.98
     """Share of the pixels of a mark that are a mix of its ink and the ground."""
+
+    crossing_part: float = 0.8
+    """The same of a mark on several grounds, whose edges it crosses."""
 
     ink_contrast_min: float = 0.15
     """Least difference of ink and ground in some channel: fainter marks are shades."""

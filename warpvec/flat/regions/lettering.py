@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers, Integers32, Mask, Places
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.regions.assignment import Assignment
+from warpvec.flat.regions.crossing_marks import CrossingMark, is_beside
+from warpvec.flat.regions.islands import Island, find_grounds, parted_islands, regions_behind, whole_islands
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.paints import Paints
@@ -29,22 +30,32 @@ class _Mark:
     """A mark: an island in one ground.
 
     Attributes:
-        pixels: its pixels [n], numbered by rows.
+        island: its pixels [n] and its box.
         ground: region of the ground.
+        beside: region of the nearest pixel of the ground for each pixel [n], of the same paint.
         color: mean premultiplied colour of the ground there [4].
         direction: direction of the ink from the ground [4], of length 1.
         height: how far each pixel is from the ground in this direction [n].
-        box: first row, first column, and the last ones [4].
         shape: height and width of the picture.
     """
 
-    pixels: Places
+    island: Island
     ground: int
+    beside: Integers32
     color: Floats32
     direction: Floats32
     height: Floats32
-    box: Integers
     shape: tuple[int, int]
+
+    @property
+    def pixels(self) -> Places:
+        """Its pixels [n], numbered by rows."""
+        return self.island.pixels
+
+    @property
+    def box(self) -> Integers:
+        """First row, first column, and the last ones [4]."""
+        return self.island.box
 
     @property
     def depth(self) -> float:
@@ -112,23 +123,31 @@ def with_lettering(
         area_min: marks of less ink, in square pixels, are left out: the dot of an i has hardly one.
         lone_area_min: the same for marks that are no part of a word, which may be specks.
     """
-    marks = _marks(picture, found.label, paints, tolerances)
+    marks, crossing = _marks(picture, found, paints, tolerances)
     if not 0 < len(marks) <= LETTERING.marks_max:
         return found, paints, None
     result = found.copy()
     words = _words(marks)
     colors: list[Floats32] = []
+    written: list[_Mark | CrossingMark] = []
     for word, ink in zip(words, _inks(words, paints, tolerances), strict=True):
         covered = [np.clip(mark.height / ink.depth, 0.0, 1.0) for mark in word]
         if _is_thin(np.concatenate(covered)):
             least = area_min if len(word) > 1 else lone_area_min
-            large = [(mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least]
+            large: list[tuple[_Mark | CrossingMark, Floats32]] = [
+                (mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least
+            ]
+            large += _joined(word, ink, crossing, tolerances) if large else []
+            if len(large) == 1 and word[0].island.is_cut_out:
+                continue  # what an edge leaves may look like a mark, but not like a word
             for mark, part in large:
                 _write(mark, part, len(paints) + len(colors), result)
+                written.append(mark)
             colors += [_straight(ink.value)] * bool(large)
     if not colors:
         return found, paints, None
     is_lettering = np.arange(len(paints) + len(colors)) >= len(paints)
+    _join_grounds(result, [mark.beside for mark in written], paints)
     return _compact(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
 
 
@@ -137,65 +156,56 @@ def _is_thin(covered: Floats32) -> bool:
     return bool(covered[covered >= LETTERING.pure_share].sum() <= LETTERING.pure_part_max * covered.sum())
 
 
-def _marks(picture: Floats32, label: Integers32, paints: Paints, tolerances: Tolerances) -> list[_Mark]:
-    """Return the islands in grounds of one paint that are mixes of the ground and one ink."""
-    grounds = _grounds(picture, label, paints, tolerances)
-    islands, count = ndimage.label(grounds == NONE, np.ones((3, 3), bool))
-    if count > LETTERING.islands_max:
-        return []
-    height, width = grounds.shape
+def _marks(
+    picture: Floats32, found: Assignment, paints: Paints, tolerances: Tolerances
+) -> tuple[list[_Mark], list[CrossingMark]]:
+    """Return the islands in grounds of one paint that are mixes of the ground and one ink, and those in several."""
+    grounds = find_grounds(picture, found.label, paints, tolerances)
+    islands, others = whole_islands(grounds)
     marks: list[_Mark] = []
-    for number, box in enumerate(ndimage.find_objects(islands), 1):
-        rows, columns = box
-        sides = rows.stop - rows.start, columns.stop - columns.start
-        is_inner = rows.start > 0 and columns.start > 0 and rows.stop < height and columns.stop < width
-        if not is_inner or min(sides) > LETTERING.height_max or max(sides) > LETTERING.width_max:
-            continue
-        around = np.s_[rows.start - 1 : rows.stop + 1, columns.start - 1 : columns.stop + 1]
-        inside = islands[around] == number
-        beside = np.unique(grounds[around][ndimage.binary_dilation(inside, np.ones((3, 3), bool)) & ~inside])
-        if len(beside) != 1 or beside[0] == NONE:
-            continue
-        y, x = (place - 1 + first for place, first in zip(np.nonzero(inside), (rows.start, columns.start), strict=True))
-        behind = paints.at(np.full(len(y), beside[0]), x + np.float32(0.5), y + np.float32(0.5))
-        corners = np.array([rows.start, columns.start, rows.stop - 1, columns.stop - 1], np.int64)
-        pixels = np.ravel_multi_index((y, x), grounds.shape)
-        mark = _mark(picture[y, x], behind, pixels, int(beside[0]), corners, tolerances, (height, width))
+    for island in islands:
+        mark = _mark(island, picture, np.full(len(island.pixels), island.ground, np.int32), paints, tolerances)
         if mark is not None:
             marks.append(mark)
-    return marks
+        elif (grounds.all.flat[island.pixels] != NONE).any():
+            others.flat[island.pixels] = True
+    if not others.any():
+        return marks, []
+    crossing: list[CrossingMark] = []
+    islands = parted_islands(grounds, others, found, tolerances)
+    for island, beside in zip(islands, regions_behind(islands, found.label, grounds.all), strict=True):
+        if island.ground is None:
+            crossing.append(_crossing(island, picture, beside, paints))
+        elif (mark := _mark(island, picture, beside, paints, tolerances)) is not None:
+            marks.append(mark)
+    return marks, crossing
 
 
-def _grounds(picture: Floats32, label: Integers32, paints: Paints, tolerances: Tolerances) -> Integers32:
-    """Return the ground [h, w] that each pixel shows, or ``NONE``.
+def _colors(island: Island, picture: Floats32, beside: Integers32, paints: Paints) -> tuple[Floats32, Floats32]:
+    """Return the premultiplied colours [n, 4] of the pixels of an ``island``, and those of ``beside`` [n] there."""
+    y, x = np.unravel_index(island.pixels, picture.shape[:2])
+    return picture[y, x], paints.at(beside, x + np.float32(0.5), y + np.float32(0.5))
 
-    Regions of one flat paint are one ground, named by the first of them.
-    """
-    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])
-    own = np.where(paints.kind == FLAT, -1, np.arange(len(paints)))
-    _, first, same = np.unique(np.column_stack([values, own]), axis=0, return_index=True, return_inverse=True)
-    size = np.bincount(label.ravel(), minlength=len(paints))
-    name = np.where(size >= LETTERING.ground_area_min, first[same.ravel()], NONE).astype(np.int32)
-    y, x = np.indices(label.shape, np.float32) + np.float32(0.5)
-    difference = np.abs((picture - paints.at(label, x, y)) @ tolerances.metric).max(-1)
-    return np.where(difference <= tolerances.paint, name[label], np.int32(NONE))
+
+def _crossing(island: Island, picture: Floats32, beside: Integers32, paints: Paints) -> CrossingMark:
+    colors, behind = _colors(island, picture, beside, paints)
+    return CrossingMark(island.pixels, beside, behind, colors, island.box)
 
 
 def _mark(
-    colors: Floats32, behind: Floats32, pixels: Places, ground: int, box: Integers, tolerances: Tolerances,
-    shape: tuple[int, int],
-) -> _Mark | None:  # fmt: skip
-    """Return the mark of ``pixels`` [n], or None if they are no mixes of one ink.
+    island: Island, picture: Floats32, beside: Integers32, paints: Paints, tolerances: Tolerances
+) -> _Mark | None:
+    """Return the mark of an ``island`` in one ground, or None if its pixels are no mixes of one ink.
 
     Args:
-        colors: premultiplied colours of the pixels [n, 4].
-        behind: those of the ground there [n, 4].
-        pixels: the pixels, numbered by rows.
-        ground: region of the ground.
-        box: first row, first column, and the last ones.
+        island: the island, of n pixels.
+        picture: premultiplied RGBA [h, w, 4].
+        beside: region of the ground for each pixel [n].
+        paints: those of the regions.
         tolerances: those of the picture.
-        shape: its height and width.
     """
+    assert island.ground is not None
+    colors, behind = _colors(island, picture, beside, paints)
     offset = colors - behind
     if np.abs(offset).max() < LETTERING.ink_contrast_min:
         return None
@@ -206,7 +216,7 @@ def _mark(
     is_mix = (rest <= tolerances.mix) & (height >= -tolerances.mix)
     if is_mix.mean() < LETTERING.mix_part:
         return None
-    mark = _Mark(pixels, ground, behind.mean(0), direction, height, box, shape)
+    mark = _Mark(island, island.ground, beside, behind.mean(0), direction, height, (picture.shape[0], picture.shape[1]))
     return None if mark.shows_two_inks(tolerances.paint) else mark
 
 
@@ -293,19 +303,55 @@ def _ink(mark: _Mark, known: Floats32, near: float, tolerances: Tolerances) -> _
     return _Ink(mark.color + mark.depth * mark.direction, mark.depth)
 
 
+def _joined(
+    word: list[_Mark], ink: _Ink, crossing: list[CrossingMark], tolerances: Tolerances
+) -> list[tuple[CrossingMark, Floats32]]:
+    """Return the marks on several grounds that go on with a ``word``, and the ink in each; ``crossing`` loses them."""
+    boxes = np.array([mark.box for mark in word])
+    joined: list[tuple[CrossingMark, Floats32]] = []
+    found = True
+    while found:
+        found = False
+        for mark in [each for each in crossing if is_beside(each.box, boxes)]:
+            part = mark.covered(ink.value, tolerances)
+            if part is not None:
+                joined.append((mark, part))
+                crossing.remove(mark)
+                boxes, found = np.concatenate([boxes, mark.box[None]]), True
+    return joined
+
+
 def _straight(value: Floats32) -> Floats32:
     opacity = float(np.clip(value[3], 0.0, 1.0))
     return np.append(np.clip(value[:3] / max(opacity, 1e-6), 0.0, 1.0), opacity).astype(np.float32)
 
 
-def _write(mark: _Mark, covered: Floats32, region: int, result: Assignment) -> None:
+def _write(mark: _Mark | CrossingMark, covered: Floats32, region: int, result: Assignment) -> None:
     """Make ``mark`` a part of the ``region``, which has ``covered`` [n] of each of its pixels."""
     is_own: Mask = covered > 0.5
     is_own[covered.argmax()] = True  # a mark that nowhere has more than its ground is still one
     place = np.unravel_index(mark.pixels, result.label.shape)
-    result.label[place] = np.where(is_own, region, mark.ground)
-    result.other[place] = np.where(is_own, mark.ground, region)
+    result.label[place] = np.where(is_own, region, mark.beside)
+    result.other[place] = np.where(is_own, mark.beside, region)
     result.share[place] = np.where(is_own, np.maximum(covered, 0.5), 1.0 - covered)
+
+
+def _join_grounds(found: Assignment, beside: list[Integers32], paints: Paints) -> None:
+    """Make one region of those of one flat paint that lie ``beside`` a mark: letters part a narrow halo."""
+    pairs: list[tuple[int, int]] = []
+    for regions in map(np.unique, beside):
+        flat = [int(each) for each in regions if paints.kind[each] == FLAT]
+        values = [(*paints.color[each], paints.opacity[each]) for each in flat]
+        pairs += [(flat[values.index(value)], each) for each, value in zip(flat, values, strict=True)]
+    if not any(first != second for first, second in pairs):
+        return
+    first, second = np.array(pairs).T
+    group = connected_parts(first, second, len(paints))
+    least = np.full(int(group.max()) + 1, len(paints))
+    np.minimum.at(least, group, np.arange(len(paints)))
+    number = np.arange(int(max(found.label.max(), found.other.max())) + 1, dtype=np.int32)
+    number[: len(paints)] = least[group]
+    found.label[:], found.other[:] = number[found.label], number[found.other]
 
 
 def _compact(found: Assignment, paints: Paints, is_lettering: Mask) -> tuple[Assignment, Paints, Mask]:
