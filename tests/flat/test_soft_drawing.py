@@ -10,8 +10,8 @@ import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
-from warpvec.flat.softness.same_outline import find_casters
 from warpvec.flat.softness.shadows import find_shadow
+from warpvec.flat.softness.shapes import find_casters, find_gaps
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
@@ -115,6 +115,19 @@ def test_what_casts_a_shadow_is_found_among_the_paths() -> None:
     shapes = read_svg(text).scene
     assert find_casters(shapes, shadow, 1) == [0]
     assert find_casters(shapes.moved(6.0, 0.0), shadow, 1) is None
+
+
+def test_a_painted_hole_through_which_the_shadow_is_seen_is_found() -> None:
+    pytest.importorskip("svgelements")
+    ring, head = "M18 18h40v40h-40zM30 30v16h16v-16z", '<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80">'
+    text = SHADOWED.format(sigma=3, ground="#fff", color="#000", x=4, y=6, top="")
+    scene = read_svg(text.replace("M24 24h28v16h-12v14h-16z", ring)).scene
+    shadow = find_shadow(draw_8_bits(scene, SIDE, SIDE, 1).astype(np.float32) / 255.0)
+    assert shadow is not None
+    square = '<path fill="#2f7de0" d="M18 18h40v40h-40z"/>'
+    hole, spot = '<path fill="#fff" d="M30 30h16v16h-16z"/>', '<path fill="#fff" d="M20 20h6v6h-6z"/>'
+    shapes = read_svg(f"{head}{square}{hole}{spot}</svg>").scene
+    assert find_gaps(shapes, shadow, 1).tolist() == [False, True, False]
 
 
 def test_a_time_budget_is_for_the_drawing_without_a_soft_path_first(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,9 +16,10 @@ from torch import Tensor
 
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.cutting.cutout import cut_out
+from warpvec.flat.cutting.windows import cut_windows
 from warpvec.flat.drawing import FlatDrawing
-from warpvec.flat.softness.same_outline import find_casters, joined_outlines, measured_again, soft_copy
 from warpvec.flat.softness.shadows import Shadow, find_shadow
+from warpvec.flat.softness.shapes import find_casters, find_gaps, joined_outlines, measured_again, soft_copy
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.polish.polish import polish
@@ -69,6 +70,7 @@ class SoftDrawing:
         sharp, left_out = self._clean.draw(detail)
         if self._is_time_up or self._outline is None or self._is_time_up:
             return None
+        sharp = self._with_gaps(sharp, self._shadow)
         free = self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow))
         same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow)
         if same is None:
@@ -119,6 +121,15 @@ class SoftDrawing:
             opacity=torch.tensor([opacity], dtype=torch.float32),
             softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
         )
+
+    def _with_gaps(self, sharp: Scene, shadow: Shadow) -> Scene:
+        """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them."""
+        below, (height, width) = _lower_count(sharp, shadow), self.work.image.shape[:2]
+        shapes = sharp.select(torch.arange(below, len(sharp)))
+        is_gap = find_gaps(shapes, shadow, self.work.config.threads)
+        if not is_gap.any():
+            return sharp
+        return sharp.prefix(below).joined(cut_windows(shapes, is_gap, width, height))
 
     def _with_same_outline(self, sharp: Scene, shadow: Shadow) -> Scene | None:
         """Return ``sharp`` above a shadow with the outlines of its shapes; None if no paths are what casts it."""

@@ -71,6 +71,14 @@ class SoftnessConstants:
     """Most fits of a shadow after the first. Before each, shapes that the shadow explains are left out of what casts
     it. With a shadow of 2 px, whose edges mix with those of the shapes, the third one changes little."""
 
+    shade_error: float = 3.0
+    """Difference in levels from the shadow, as the other shapes cast it, up to which a plateau belongs to it. Plateaus
+    between letters differ by 0.2 to 2.6, once the shadow is nearly known."""
+
+    painted_min: float = 0.9
+    """Least share of the pixels of a hole that have the colour of the ground, if it is painted. Where a shadow shows in
+    a hole, hardly any have."""
+
     shapes_max: int = 24
     """Most separate shapes of which each is asked whether it casts the shadow: each takes a blur of the picture."""
 
@@ -86,7 +94,7 @@ class SoftnessConstants:
     mask_detail: float = 0.5
     """Detail in pixels of the outline of what casts a shadow; its blur shows no more."""
 
-    # Outlines of a shadow (softness/same_outline.py)
+    # Outlines of a shadow (softness.shapes.py)
 
     caster_inside: float = 0.95
     """Share of the area of a path that must lie in what casts the shadow. As much of it lies on another path, or else

@@ -27,12 +27,18 @@ def with_windows(scene: Scene, is_window: Tensor, width: int, height: int) -> Sc
     page = sheet(scene.background.cpu(), width, height)
     stacked = page.joined(replace(scene.detach().cpu(), transparent=True, background=torch.zeros(3)))
     marks = torch.cat([torch.zeros(1, dtype=torch.bool), is_window.cpu()])
-    boxes = path_boxes(stacked)
-    parts = [_cut(stacked, path, marks, boxes, (width, height)) for path in range(len(stacked)) if not marks[path]]
-    whole = stacked.select(torch.zeros(0, dtype=torch.int64))
+    whole = cut_windows(stacked, marks, width, height)
+    return replace(whole, background=scene.background.cpu(), transparent=False)
+
+
+def cut_windows(scene: Scene, is_window: Tensor, width: int, height: int) -> Scene:
+    """Return ``scene`` without the paths ``is_window`` [N] (bool), cut out of the paths below; see `with_windows`."""
+    boxes = path_boxes(scene)
+    parts = [_cut(scene, path, is_window, boxes, (width, height)) for path in range(len(scene)) if not is_window[path]]
+    whole = scene.select(torch.zeros(0, dtype=torch.int64))
     for part in parts:
         whole = whole.joined(part)
-    return replace(whole, background=scene.background.cpu(), transparent=False)
+    return whole
 
 
 def _cut(scene: Scene, path: int, is_window: Tensor, boxes: Tensor, size: tuple[int, int]) -> Scene:

@@ -153,8 +153,7 @@ def _cast(
     if (~is_ground & ~near).sum() < SOFTNESS.zone_area:
         return None
     covered = _coverage(levels, casters, near, None if rough is None else color + shade_of(*rough))
-    # A hole in the colour of the ground may be painted, and then casts a shadow too.
-    whole: Mask = ndimage.binary_fill_holes(casters)
+    whole = casters | _painted_holes(casters, near, is_ground)
     masks = [(covered, ~near)]
     if (whole & ~casters).any():
         masks.append((np.where(whole, 1.0, covered), ~near & ~whole))
@@ -164,6 +163,19 @@ def _cast(
     tried = [(mask, fit_shadow(levels - color, mask, is_seen, begin)) for mask, is_seen in masks]
     fits = [(mask, fit) for mask, fit in tried if fit is not None]
     return min(fits, key=lambda each: each[1][3]) if fits else None
+
+
+def _painted_holes(casters: Mask, near: Mask, is_ground: Mask) -> Mask:
+    """Return the holes of ``casters`` that show nothing but the ground [h, w]: they may be painted, and cast a shadow.
+
+    Through others one sees the shadow.
+    """
+    labels, count = ndimage.label(ndimage.binary_fill_holes(casters) & ~casters)
+    if not count:
+        return np.zeros_like(casters)
+    numbers = np.arange(1, count + 1)
+    inside, ground = (ndimage.sum(each, labels, numbers) for each in (~near, ~near & is_ground))
+    return np.isin(labels, numbers[(inside > 0) & (ground >= SOFTNESS.painted_min * inside)])
 
 
 def _bare(change: Floats, casters: Mask, found: tuple[Floats, FoundShadow]) -> Mask:
@@ -188,15 +200,29 @@ def _bare(change: Floats, casters: Mask, found: tuple[Floats, FoundShadow]) -> M
 def _without_shaded(
     change: Floats, casters: Mask, plateaus: NDArray[np.int32], found: tuple[Floats, FoundShadow]
 ) -> Mask | None:
-    """Return the ``casters`` [h, w] without the plateaus that are as dark as the shadow there; None if all are real."""
-    rest = np.abs(change - shade_of(*found)).max(2)
+    """Return the ``casters`` [h, w] without the plateaus that are as dark as the shadow there; None if all are real.
+
+    The shadow is that of the other ones: what belongs to it casts none.
+    """
     numbers = np.unique(plateaus[casters & (plateaus > 0)])
-    medians = ndimage.median(rest, plateaus, numbers)
-    shaded = numbers[medians < SOFTNESS.jump]
+    nearest = ndimage.distance_transform_edt(plateaus == 0, return_distances=False, return_indices=True)
+    owner = plateaus[tuple(nearest)]
+    like = numbers[_is_like_shade(change, plateaus, numbers, found[1][2])]
+    others = np.where(casters & np.isin(owner, like), 0.0, found[0])
+    rest = np.abs(change - shade_of(others, found[1])).max(2)
+    shaded = like[ndimage.median(rest, plateaus, like) < SOFTNESS.shade_error] if len(like) else like
     if not len(shaded) or len(shaded) == len(numbers):
         return None
-    nearest = ndimage.distance_transform_edt(plateaus == 0, return_distances=False, return_indices=True)
-    return casters & ~np.isin(plateaus[tuple(nearest)], shaded)
+    return casters & ~np.isin(owner, shaded)
+
+
+def _is_like_shade(change: Floats, plateaus: NDArray[np.int32], numbers: NDArray[np.int32], amplitude: Floats) -> Mask:
+    """Return which plateaus of these ``numbers`` [K] have a colour that a shadow of this ``amplitude`` [C] may have."""
+    medians = np.stack([ndimage.median(each, plateaus, numbers) for each in np.moveaxis(change, 2, 0)], 1)
+    share = medians @ amplitude / max(float(amplitude @ amplitude), 1e-12)
+    apart = np.abs(medians - share[:, None] * amplitude).max(1)
+    is_like: Mask = (share > 0.0) & (share < 1.0 + SOFTNESS.unexplained) & (apart < SOFTNESS.jump)
+    return is_like
 
 
 def _plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:

@@ -1,4 +1,6 @@
-"""Give a shadow the very outlines of the shapes that cast it, moved: a fit of a free outline absorbs what is unclear.
+"""Bring the shapes of a drawing and the shadow below them together: what casts it, and through what it is seen.
+
+A shadow gets the very outlines of the shapes that cast it, moved: a fit of a free outline absorbs what is unclear.
 
 With the exact coverage of the shapes, offset, blur and colour of the shadow follow from the picture by the fit of
 `warpvec.flat.softness.shadow_fitting`, and the shapes by another fit of the drawing above that shadow.
@@ -11,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 from scipy import ndimage
+from torch import Tensor
 
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
@@ -20,6 +23,24 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
 from warpvec.rendering.draw import draw_exactly
+
+
+def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
+    """Return which paths of ``shapes`` [N] (bool) are the ground that is seen through a shape: the shadow lies on it.
+
+    The drawing without the shadow may have painted a hole.
+    """
+    is_gap, (height, width) = torch.zeros(len(shapes), dtype=torch.bool), shadow.casters.shape
+    if len(shadow.ground) > 3:  # a transparent ground is never painted
+        return is_gap
+    most = 3.0 * SOFTNESS.alike / 255.0  # the picture without the shadow is not known better
+    apart = np.abs(shadow.clean - shadow.ground).max(2)
+    is_like = (shapes.color - torch.from_numpy(shadow.ground).to(shapes.color)).abs().amax(1) <= most
+    for k in is_like.nonzero().flatten().tolist():
+        cover = _coverage(shapes.select(torch.tensor([k])), height, width, threads)
+        area, common = cover.sum(), (cover * shadow.casters).sum()
+        is_gap[k] = bool(common <= (1.0 - SOFTNESS.caster_inside) * area and (cover * apart).sum() <= most * area)
+    return is_gap
 
 
 def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
