@@ -19,9 +19,15 @@ from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.windows import cut_windows
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.softness.shadows import Shadow, find_shadow
-from warpvec.flat.softness.shapes import find_casters, find_gaps, joined_outlines, measured_again, soft_copy
+from warpvec.flat.softness.shapes import (
+    as_one,
+    find_casters,
+    find_gaps,
+    joined_outlines,
+    measured_again,
+    soft_copy,
+)
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.softness import Softness
 from warpvec.polish.polish import polish
 from warpvec.svg.write import write_svg
 
@@ -71,7 +77,7 @@ class SoftDrawing:
         if self._is_time_up or self._outline is None or self._is_time_up:
             return None
         sharp = self._with_gaps(sharp, self._shadow)
-        free = self._fitted(_inserted(sharp, self._soft_path(self._shadow), self._shadow))
+        free = self._fitted(_inserted(sharp, soft_copy(self._outline, self._shadow), self._shadow))
         same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow)
         if same is None:
             return free, left_out
@@ -112,16 +118,6 @@ class SoftDrawing:
         dark = (parts.color.amax(1) < 0.5).nonzero().flatten()
         return joined_outlines(parts.select(dark)) if len(dark) else None
 
-    def _soft_path(self, shadow: Shadow) -> Scene:
-        assert self._outline is not None
-        color, opacity = shadow.paint
-        return replace(
-            self._outline.moved(*shadow.offset),
-            color=torch.from_numpy(color).float()[None],
-            opacity=torch.tensor([opacity], dtype=torch.float32),
-            softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
-        )
-
     def _with_gaps(self, sharp: Scene, shadow: Shadow) -> Scene:
         """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them."""
         below, (height, width) = _lower_count(sharp, shadow), self.work.image.shape[:2]
@@ -140,12 +136,14 @@ class SoftDrawing:
             return None
         for _ in range(SOFTNESS.same_rounds):
             shadow = measured_again(image, shapes, casters, shadow, threads)
-            whole = self._fitted(_inserted(sharp, soft_copy(shapes, casters, shadow), shadow), is_soft_fitted=False)
+            whole = self._fitted(
+                _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), shadow), is_soft_fitted=False
+            )
             assert whole.softness is not None
             sharp = whole.select(~whole.softness.is_soft)
             shapes = sharp.select(torch.arange(below, len(sharp)))
         shadow = measured_again(image, shapes, casters, shadow, threads)
-        return _inserted(sharp, soft_copy(shapes, casters, shadow), shadow)
+        return _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), shadow)
 
     def _fitted(self, scene: Scene, *, is_soft_fitted: bool = True) -> Scene:
         """Return ``scene`` with its soft paths fitted, or the others; a fit may undo level lines of these."""

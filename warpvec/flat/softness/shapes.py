@@ -46,7 +46,7 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
 def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
     """Return the outermost paths of ``shapes`` that together are what casts ``shadow``; None if no paths are just that.
 
-    Paths that lie on others do not matter.
+    Paths that lie on others do not matter. Several strokes cannot be one path, so they count as none.
     """
     height, width = shadow.casters.shape
     covers = [_coverage(shapes.select(torch.tensor([k])), height, width, threads) for k in range(len(shapes))]
@@ -61,7 +61,8 @@ def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int
         union += covers[k]
         found.append(k)
     is_all = np.abs(union - shadow.casters).sum() <= SOFTNESS.caster_unlike * shadow.casters.sum()
-    return sorted(found) if found and is_all else None
+    is_one = len(found) == 1 or shapes.strokes is None or not shapes.strokes.is_stroked[found].any()
+    return sorted(found) if found and is_all and is_one else None
 
 
 def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:
@@ -75,8 +76,8 @@ def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: S
         threads: of the renderer.
     """
     height, width = shadow.casters.shape
-    cast = np.clip(_coverage(_as_one(shapes, casters), height, width, threads), 0.0, 1.0)
-    covered: Mask = _coverage(_as_one(shapes, [*range(len(shapes))]), height, width, threads) > SOFTNESS.covered_min
+    cast = _coverage(shapes.select(torch.tensor(casters)), height, width, threads)
+    covered: Mask = _coverage(shapes, height, width, threads) > SOFTNESS.covered_min
     is_seen = ~ndimage.binary_dilation(covered)
     rough = shadow.offset, shadow.sigma, 255.0 * shadow.amplitude, 0.0
     found = fit_shadow(255.0 * (channels_of(image) - shadow.ground), cast, is_seen, rough)
@@ -86,15 +87,21 @@ def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: S
     return replace(shadow, casters=cast, offset=offset, sigma=sigma, amplitude=amplitude / 255.0)
 
 
-def soft_copy(shapes: Scene, casters: list[int], shadow: Shadow) -> Scene:
-    """Return the paths ``casters`` of ``shapes`` as one soft path, moved and painted as the ``shadow``."""
+def soft_copy(path: Scene, shadow: Shadow) -> Scene:
+    """Return one ``path`` without a gradient, moved, blurred and painted as the ``shadow``."""
     color, opacity = shadow.paint
     return replace(
-        _as_one(shapes, casters).moved(*shadow.offset),
+        path.moved(*shadow.offset),
         color=torch.from_numpy(color).float()[None],
         opacity=torch.tensor([opacity], dtype=torch.float32),
         softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
     )
+
+
+def as_one(shapes: Scene, paths: list[int]) -> Scene:
+    """Return some paths without gradients as one; a single one keeps its form."""
+    chosen = replace(shapes.select(torch.tensor(paths)), gradients=None, softness=None)
+    return chosen if len(paths) == 1 else joined_outlines(chosen)
 
 
 def joined_outlines(parts: Scene) -> Scene:
@@ -106,17 +113,11 @@ def joined_outlines(parts: Scene) -> Scene:
     return replace(parts, structure=whole, gradients=None, strokes=None, forms=None, softness=None, **rest)
 
 
-def _as_one(shapes: Scene, paths: list[int]) -> Scene:
-    """Return some paths as one; a single one keeps its form."""
-    chosen = replace(shapes.select(torch.tensor(paths)), gradients=None, softness=None)
-    return chosen if len(paths) == 1 else joined_outlines(chosen)
-
-
-def _coverage(path: Scene, height: int, width: int, threads: int | None) -> Floats:
-    """Return how much of each pixel a scene of one ``path`` covers [h, w]."""
+def _coverage(paths: Scene, height: int, width: int, threads: int | None) -> Floats:
+    """Return how much of each pixel the ``paths`` of a scene cover together [h, w]."""
     white = replace(
-        path, color=torch.ones_like(path.color), opacity=torch.ones_like(path.opacity), gradients=None, softness=None,
-        background=torch.zeros_like(path.background), transparent=False,
+        paths, color=torch.ones_like(paths.color), opacity=torch.ones_like(paths.opacity), gradients=None,
+        softness=None, background=torch.zeros_like(paths.background), transparent=False,
     )  # fmt: skip
     found: Floats = draw_exactly(white, height, width, threads)[..., 0].astype(np.float64)
     return found
