@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import torch
@@ -55,17 +56,28 @@ def test_moved_strokes_go_back() -> None:
     assert result.structure.is_open is not None and result.structure.is_open.tolist() == [True, False, True]
 
 
+def one_line(first: Sequence[float], second: Sequence[float]) -> Scene:
+    """Return a stroke of one cubic from (10, 40) to (54, 40) with these handles."""
+    rows = torch.tensor([[[10.0, 40.0], [*first], [*second]], [[54.0, 40.0]] * 3])
+    structure = Structure.of_loops([[2]], torch.tensor([False, True]), torch.tensor([True]))
+    line = three_strokes().select(torch.tensor([0]))
+    return with_lines(replace(line, segments=straightened(rows, structure), structure=structure))
+
+
 def test_no_handle_passes_the_end_of_its_line() -> None:
-    scene, config = with_lines(three_strokes()), FitConfig(device="cpu", threads=1)
+    scene, beyond = one_line((25.0, 40.0), (40.0, 40.5)), one_line((25.0, 40.0), (60.0, 40.5))
+    config = FitConfig(device="cpu", threads=1)
     variables = Variables(scene, Target(torch.zeros(HEIGHT, WIDTH, 3), config, "cpu"), config)
-    segments = scene.segments.clone()
-    end, way = segments[2, 0], segments[2, 0] - segments[1, 0]
-    segments[1, 2] = end + 0.2 * way  # the hook goes beyond its end and comes back
-    beyond = replace(scene, segments=segments)
     moved = Variables(beyond, variables.target, config).start
-    at_end = torch.arange(len(segments)) == 1
-    assert torch.equal(FoldGuard(scene, variables, 2, is_on=True).folds(moved), at_end)
+    assert FoldGuard(scene, variables, 2, is_on=True).folds(moved).tolist() == [True, False]
     assert not FoldGuard(beyond, variables, 2, is_on=True).folds(moved).any()
+
+
+def test_a_stroke_may_become_steep() -> None:
+    scene, config = one_line((30.0, 10.0), (34.0, 70.0)), FitConfig(device="cpu", threads=1)
+    target = torch.from_numpy(draw_exactly(scene, HEIGHT, WIDTH, 1))
+    result = polish(Target(target, config, "cpu"), one_line((26.0, 30.0), (40.0, 50.0)), config, iterations=150).scene
+    assert psnr(draw_exactly(result, HEIGHT, WIDTH, 1), target.numpy()) > 45
 
 
 def test_samples_tell_how_the_covered_area_changes() -> None:

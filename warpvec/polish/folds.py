@@ -41,7 +41,8 @@ class FoldGuard:
         self._may_overshoot = torch.ones(len(start.segments), dtype=torch.bool, device=start.segments.device)
         if start.strokes is not None and is_on:  # lines may cross
             self._is_guarded &= ~start.strokes.is_stroked
-            self._may_overshoot = ~start.strokes.is_stroked[start.structure.segment_path.long()] | overshoots(start)
+            is_fill = ~start.strokes.is_stroked[start.structure.segment_path.long()]
+            self._may_overshoot = is_fill | overshoots(start) | overshoots(self._written(start))
         if variables.locked is not None:
             self._is_guarded &= ~variables.locked
             self._may_overshoot |= variables.locked[start.structure.segment_path.long()]
