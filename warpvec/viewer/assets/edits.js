@@ -14,7 +14,6 @@
 
 import { multiply } from "viewer/basics.js";
 import { longestRise, sameState } from "viewer/changes.js";
-import { counted } from "viewer/charts.js";
 import { transformed } from "viewer/edit.js";
 import { isGradient, paintOf, withPaint } from "viewer/gradients.js";
 import { counterparts, holdsOthers, overlapOf } from "viewer/likeness.js";
@@ -283,20 +282,3 @@ function changeItem(edit, item, isFirst) {
   }
   return true;
 }
-
-/** Returns what edits are in words: "1 moved shape, 2 colours". */
-export function editsInWords(edits) {
-  const words = edits.map((edit) => {
-    if (edit.kind !== "change") return KIND_WORDS[edit.kind];
-    if (edit.erased) return "erased part";
-    if (edit.isMoved) return edit.matrix ? "moved shape" : "changed outline";
-    return edit.isPainted ? "coloured shape" : "changed look";
-  });
-  return [...new Set(words)].map((word) => counted(words.filter((other) => other === word).length, word)).join(", ");
-}
-
-const KIND_WORDS = {
-  color: "replaced colour", background: "background", size: "size", delete: "deleted shape", add: "added shape",
-  order: "shape in another order",
-  layer: "name of a layer", layers: "arrangement of layers",
-};
