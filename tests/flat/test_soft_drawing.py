@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -11,12 +13,14 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.flat.softness.shadows import find_shadow
-from warpvec.flat.softness.shapes import find_casters, find_gaps
+from warpvec.flat.softness.shapes import find_casters, find_gaps, measured_again
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
 
 SIDE = 80
+
+SHAPE = "M24 24h28v16h-12v14h-16z"
 
 SHADOWED = """<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><defs>
 <filter id="b" x="-100%" y="-100%" width="300%" height="300%" color-interpolation-filters="sRGB">
@@ -115,6 +119,18 @@ def test_what_casts_a_shadow_is_found_among_the_paths() -> None:
     shapes = read_svg(text).scene
     assert find_casters(shapes, shadow, 1) == [0]
     assert find_casters(shapes.moved(6.0, 0.0), shadow, 1) is None
+
+
+def test_a_line_beside_a_shape_hides_its_part_of_the_shadow() -> None:
+    pytest.importorskip("svgelements")
+    line = '<path fill="none" stroke="#a33" stroke-width="4" d="M20 66L48 70L70 30"/>'
+    image = picture(top=line)
+    shadow = find_shadow(picture())
+    assert shadow is not None
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><path d="{SHAPE}"/>{line}</svg>'
+    again = measured_again(image, read_svg(text).scene, [0], replace(shadow, sigma=2.5, offset=(3.0, 5.0)), 1)
+    assert again.sigma == pytest.approx(3.0, rel=0.02) and again.offset == pytest.approx((4.0, 6.0), abs=0.05)
+    np.testing.assert_allclose(again.amplitude, -0.6, atol=0.01)
 
 
 def test_a_painted_hole_through_which_the_shadow_is_seen_is_found() -> None:

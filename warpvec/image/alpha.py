@@ -38,8 +38,8 @@ def over(image: Pixels, matte: float) -> Pixels:
 
 
 def over_mattes(image: NDArray[Any]) -> NDArray[Any]:
-    """Return straight ``image`` [h, w, 4] over each of ``MATTES``, side by side [h, w, 6]."""
-    return np.concatenate([over(image, matte) for matte in MATTES], 2)
+    """Return straight ``image`` [h, w, 4] over each of ``MATTES``, side by side [h, w, 6]; an opaque one as it is."""
+    return np.concatenate([over(image, matte) for matte in MATTES], 2) if is_transparent(image) else image
 
 
 def from_mattes(image: NDArray[Any]) -> NDArray[Any]:

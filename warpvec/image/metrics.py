@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.image.alpha import MATTES, is_transparent, over
+from warpvec.image.alpha import MATTES, over_mattes
 
 Image = NDArray[np.float64]
 """Array [h, w, c] in [0, 1]."""
@@ -82,11 +82,7 @@ def _bands(a: NDArray[Any], b: NDArray[Any], overlap: int = 0) -> Iterator[tuple
     row_count = max(_BAND_ROWS_MIN, _BAND_PIXELS // a.shape[1])
     for top in range(0, len(a) - overlap, row_count):
         rows = slice(top, top + row_count + overlap)
-        yield _on_mattes(_as_float(a[rows], b.dtype)), _on_mattes(_as_float(b[rows], a.dtype))
-
-
-def _on_mattes(image: Image) -> Image:
-    return np.concatenate([over(image, matte) for matte in MATTES], axis=2) if is_transparent(image) else image
+        yield over_mattes(_as_float(a[rows], b.dtype)), over_mattes(_as_float(b[rows], a.dtype))
 
 
 def _value_count(shape: tuple[int, ...]) -> int:

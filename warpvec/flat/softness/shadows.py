@@ -102,7 +102,8 @@ def _has_soft_alpha(alpha: Floats32) -> bool:
 
 def channels_of(image: Floats32) -> Floats:
     """Return ``image`` [h, w, 3 or 4] as it is, or over black and white if it is transparent [h, w, C]."""
-    return (over_mattes(image) if is_transparent(image) else image).astype(np.float64)
+    channels: Floats = over_mattes(image).astype(np.float64)
+    return channels
 
 
 def _refitted(

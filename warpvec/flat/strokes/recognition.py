@@ -39,7 +39,7 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
         return {}
     judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic)
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
-    found = judge.hopeful_verdict(drawn, tried, detail)
+    found = judge.hopeful_verdict(drawn, tried, detail, watch)
     attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail) for path in found.hopeful}
     while any(not attempt.is_over for attempt in attempts.values()) and not watch.is_over():
         tried = {path: attempt.stroke for path, attempt in attempts.items() if attempt.stroke is not None}
@@ -86,7 +86,7 @@ class _Verdict:
 
     @property
     def hopeful(self) -> list[int]:
-        """The others."""
+        """Those that are worth a try with other lines."""
         return [path for path in self.fitted if path not in self.hopeless]
 
     def of(self, path: int) -> Match:
@@ -103,13 +103,13 @@ class _Judge:
     error: Floats32
     critic: Critic
 
-    def hopeful_verdict(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> _Verdict:
+    def hopeful_verdict(self, drawn: Scene, strokes: dict[int, Stroke], detail: float, watch: Watch) -> _Verdict:
         """Return what the picture says of those of the ``strokes`` that are not hopeless; see `verdict`.
 
         Hopeless ones go, the worst first: they also raise the error near others.
         """
         found = self.verdict(drawn, strokes, detail)
-        while found.hopeless:
+        while found.hopeless and not watch.is_over():
             least = STROKES.worst_share * max(found.moved.values())
             gone = {path for path in found.hopeless if found.moved[path] >= least}
             rest = {path: stroke for path, stroke in found.fitted.items() if path not in gone}
