@@ -32,8 +32,8 @@ class LetteringConstants:
 
     islands_max: int = 8192
     marks_max: int = 2048
-    """Most islands in grounds that are looked at, and most marks: more are a texture. The time grows by the first, and
-    the memory by the square of the second, up to 150 MB."""
+    """Most islands in grounds that are looked at, and most marks, on one ground and on several: more are a texture. The
+    time grows by the first, and the memory by the square of the second, up to 150 MB."""
 
     pure_part_max: float = 0.6
     """Share of the ink of a group of marks that lies in pixels of pure ink. With more, the usual regions are as good:

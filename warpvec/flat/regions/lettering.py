@@ -16,7 +16,8 @@ from warpvec.arrays import Floats32, Integers, Integers32, Mask, Places
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.regions.assignment import Assignment
-from warpvec.flat.regions.crossing_marks import CrossingMark, is_beside
+from warpvec.flat.regions.box_gaps import are_close, gaps_between
+from warpvec.flat.regions.crossing_marks import CrossingMark, joined
 from warpvec.flat.regions.islands import Island, find_grounds, parted_islands, regions_behind, whole_islands
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
@@ -126,6 +127,7 @@ def with_lettering(
     marks, crossing = _marks(picture, found, paints, tolerances)
     if not 0 < len(marks) <= LETTERING.marks_max:
         return found, paints, None
+    crossing = crossing if len(crossing) <= LETTERING.marks_max else []
     result = found.copy()
     words = _words(marks)
     colors: list[Floats32] = []
@@ -137,7 +139,8 @@ def with_lettering(
             large: list[tuple[_Mark | CrossingMark, Floats32]] = [
                 (mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least
             ]
-            large += _joined(word, ink, crossing, tolerances) if large else []
+            boxes = np.array([mark.box for mark in word], np.float32)
+            large += joined(boxes, ink.value, crossing, tolerances) if large else []
             if len(large) == 1 and word[0].island.is_cut_out:
                 continue  # what an edge leaves may look like a mark, but not like a word
             for mark, part in large:
@@ -224,8 +227,8 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
     """Return the marks in groups of one ink and ground that are close to each other."""
     box = np.array([mark.box for mark in marks], np.float32)
     depth = np.array([mark.depth for mark in marks], np.float32)
-    gaps = np.maximum(box[:, None, :2] - box[None, :, 2:], box[None, :, :2] - box[:, None, 2:]) - 1.0
-    is_near = _are_near(marks, gaps, box[:, 2] - box[:, 0] + 1.0)
+    gaps = gaps_between(box[:, None], box)
+    is_near = are_close(box[:, None], box) & _are_of_one_ink(marks)
     # A weak mark belongs to the nearest one that is not.
     is_weak, is_solid = np.array([mark.is_weak for mark in marks]), np.array([mark.is_solid for mark in marks])
     shows_ink = np.array([mark.shows_ink for mark in marks])
@@ -242,20 +245,11 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
     return [[marks[index] for index in group] for group in pixels_of(groups[None])]
 
 
-def _are_near(marks: list[_Mark], gaps: Floats32, tall: Floats32) -> Mask:
-    """Return which marks [n, n] of one direction and ground are as close as letters of a line.
-
-    Args:
-        marks: the marks.
-        gaps: pixels between two boxes, in rows and in columns [n, n, 2].
-        tall: heights of the marks in pixels [n].
-    """
+def _are_of_one_ink(marks: list[_Mark]) -> Mask:
+    """Return which marks [n, n] have one ground, and differ from it in one direction."""
     ground = np.array([mark.ground for mark in marks])
     direction = np.array([mark.direction for mark in marks], np.float32)
-    reach = np.array([LETTERING.reach_down, LETTERING.reach_across], np.float32)
-    limit = np.maximum(reach * np.maximum(tall[:, None], tall)[..., None], LETTERING.reach_min)
-    is_alike = direction @ direction.T >= LETTERING.direction_min
-    return np.asarray((gaps <= limit).all(2) & (ground[:, None] == ground) & is_alike)
+    return np.asarray((ground[:, None] == ground) & (direction @ direction.T >= LETTERING.direction_min))
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,24 +295,6 @@ def _ink(mark: _Mark, known: Floats32, near: float, tolerances: Tolerances) -> _
         chosen = int(np.where(is_near, depth, -np.inf).argmax())
         return _Ink(known[chosen].astype(np.float32), float(depth[chosen]))
     return _Ink(mark.color + mark.depth * mark.direction, mark.depth)
-
-
-def _joined(
-    word: list[_Mark], ink: _Ink, crossing: list[CrossingMark], tolerances: Tolerances
-) -> list[tuple[CrossingMark, Floats32]]:
-    """Return the marks on several grounds that go on with a ``word``, and the ink in each; ``crossing`` loses them."""
-    boxes = np.array([mark.box for mark in word])
-    joined: list[tuple[CrossingMark, Floats32]] = []
-    found = True
-    while found:
-        found = False
-        for mark in [each for each in crossing if is_beside(each.box, boxes)]:
-            part = mark.covered(ink.value, tolerances)
-            if part is not None:
-                joined.append((mark, part))
-                crossing.remove(mark)
-                boxes, found = np.concatenate([boxes, mark.box[None]]), True
-    return joined
 
 
 def _straight(value: Floats32) -> Floats32:
