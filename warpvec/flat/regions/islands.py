@@ -15,7 +15,6 @@ from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
-from warpvec.geometry.paints.registry import FLAT
 
 _EIGHT = np.ones((3, 3), bool)
 
@@ -56,17 +55,15 @@ def find_grounds(picture: Floats32, label: Integers32, paints: Paints, tolerance
         paints: those of the regions.
         tolerances: those of the picture.
     """
-    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])
-    own = np.where(paints.kind == FLAT, -1, np.arange(len(paints)))
-    _, first, same = np.unique(np.column_stack([values, own]), axis=0, return_index=True, return_inverse=True)
-    size, same = np.bincount(label.ravel(), minlength=len(paints)), same.ravel()
-    largest = np.zeros(len(first), np.int64)
-    np.maximum.at(largest, same, size)
+    first = paints.first_alike()
+    size = np.bincount(label.ravel(), minlength=len(paints))
+    largest = np.zeros(len(paints), np.int64)
+    np.maximum.at(largest, first, size)
     is_large = size >= LETTERING.ground_area_min
-    is_part = (size >= LETTERING.part_area_min) & (largest[same] >= LETTERING.ground_area_min)
+    is_part = (size >= LETTERING.part_area_min) & (largest[first] >= LETTERING.ground_area_min)
     y, x = np.indices(label.shape, np.float32) + np.float32(0.5)
     is_pure = np.abs((picture - paints.at(label, x, y)) @ tolerances.metric).max(-1) <= tolerances.paint
-    names = [np.where(chosen, first[same], NONE).astype(np.int32) for chosen in (is_large, is_part)]
+    names = [np.where(chosen, first, NONE).astype(np.int32) for chosen in (is_large, is_part)]
     return Grounds(*(np.where(is_pure, name[label], np.int32(NONE)) for name in names))
 
 
