@@ -7,7 +7,7 @@ colour of all its marks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.box_gaps import are_close, gaps_between
 from warpvec.flat.regions.crossing_marks import CrossingMark, joined
 from warpvec.flat.regions.islands import Island, find_grounds, parted_islands, regions_behind, whole_islands
+from warpvec.flat.regions.mark_writing import join_grounds, without_unseen, write_mark
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.paints import Paints
@@ -144,14 +145,14 @@ def with_lettering(
             if len(large) == 1 and word[0].island.is_cut_out:
                 continue  # what an edge leaves may look like a mark, but not like a word
             for mark, part in large:
-                _write(mark, part, len(paints) + len(colors), result)
+                write_mark(mark.pixels, mark.beside, part, len(paints) + len(colors), result)
                 written.append(mark)
             colors += [_straight(ink.value)] * bool(large)
     if not colors:
         return found, paints, None
     is_lettering = np.arange(len(paints) + len(colors)) >= len(paints)
-    _join_grounds(result, [mark.beside for mark in written], paints)
-    return _compact(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
+    join_grounds(result, [mark.beside for mark in written], paints)
+    return without_unseen(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
 
 
 def _is_thin(covered: Floats32) -> bool:
@@ -266,7 +267,7 @@ def _inks(words: list[list[_Mark]], paints: Paints, tolerances: Tolerances) -> l
     The purest colours of other words on the same ground are known too.
     """
     deepest = [max(word, key=lambda mark: mark.depth) for word in words]
-    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])[paints.kind == FLAT]
+    values = paints.premultiplied()[paints.kind == FLAT]
     known = {mark.ground: values for mark in deepest}
     inks: dict[int, _Ink] = {}
     for index in sorted(range(len(words)), key=lambda index: -deepest[index].depth):
@@ -300,41 +301,3 @@ def _ink(mark: _Mark, known: Floats32, near: float, tolerances: Tolerances) -> _
 def _straight(value: Floats32) -> Floats32:
     opacity = float(np.clip(value[3], 0.0, 1.0))
     return np.append(np.clip(value[:3] / max(opacity, 1e-6), 0.0, 1.0), opacity).astype(np.float32)
-
-
-def _write(mark: _Mark | CrossingMark, covered: Floats32, region: int, result: Assignment) -> None:
-    """Make ``mark`` a part of the ``region``, which has ``covered`` [n] of each of its pixels."""
-    is_own: Mask = covered > 0.5
-    is_own[covered.argmax()] = True  # a mark that nowhere has more than its ground is still one
-    place = np.unravel_index(mark.pixels, result.label.shape)
-    result.label[place] = np.where(is_own, region, mark.beside)
-    result.other[place] = np.where(is_own, mark.beside, region)
-    result.share[place] = np.where(is_own, np.maximum(covered, 0.5), 1.0 - covered)
-
-
-def _join_grounds(found: Assignment, beside: list[Integers32], paints: Paints) -> None:
-    """Make one region of those of one flat paint that lie ``beside`` a mark: letters part a narrow halo."""
-    pairs: list[tuple[int, int]] = []
-    for regions in map(np.unique, beside):
-        flat = [int(each) for each in regions if paints.kind[each] == FLAT]
-        values = [(*paints.color[each], paints.opacity[each]) for each in flat]
-        pairs += [(flat[values.index(value)], each) for each, value in zip(flat, values, strict=True)]
-    if not any(first != second for first, second in pairs):
-        return
-    first, second = np.array(pairs).T
-    group = connected_parts(first, second, len(paints))
-    least = np.full(int(group.max()) + 1, len(paints))
-    np.minimum.at(least, group, np.arange(len(paints)))
-    number = np.arange(int(max(found.label.max(), found.other.max())) + 1, dtype=np.int32)
-    number[: len(paints)] = least[group]
-    found.label[:], found.other[:] = number[found.label], number[found.other]
-
-
-def _compact(found: Assignment, paints: Paints, is_lettering: Mask) -> tuple[Assignment, Paints, Mask]:
-    """Return the regions, numbered anew without those that no pixel shows."""
-    shown = np.bincount(found.label.ravel(), minlength=len(paints)) > 0
-    number = (np.cumsum(shown) - 1).astype(np.int32)
-    other = np.where(shown[found.other], found.other, found.label)
-    share = np.where(other == found.label, np.float32(1), found.share)
-    numbered = replace(found, label=number[found.label], other=number[other], share=share)
-    return numbered, paints.select(np.flatnonzero(shown)), is_lettering[shown]
