@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class LetteringConstants:
     """How small marks on one paint, such as letters, are found and outlined."""
 
-    # Marks on one paint (regions/lettering.py)
+    # Marks on one paint (regions/lettering.py, islands.py, box_gaps.py), and on several (crossing_marks.py)
 
     noise_max: float = 2.5 / 255
     """Noise of a picture up to which marks are looked for. Screens with gradients have 2.0 levels."""
