@@ -18,6 +18,10 @@ class ConditionConstants:
     """Share of the mean diagonal that is added to it, so that every enlargement has an inverse. More of it would blur
     the small picture."""
 
+    cut_off: tuple[float, float] = (0.5, 254.5)
+    """Gray levels up to which a pixel is black, and from which it is white, so that an overshoot may be cut off there.
+    They are half a level from 0 and 255, as gray is a weighted sum of channels that is not exactly whole."""
+
     cut_off_rounds: int = 6
     """Rounds in which pixels that were cut off at black or white get the values that the others predict."""
 

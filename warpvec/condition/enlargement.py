@@ -62,7 +62,8 @@ def find_enlargement(gray: NDArray[np.floating[Any]]) -> Enlargement | None:
     sides = (best.along, best.across) if width >= height else (best.across, best.along)
     names = [NEAREST] if best.kernel == NEAREST else list(KERNELS)
     rest = {
-        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, *CUT_OFF) for name in names
+        name: Upsampling(along.length, best.along, name).unexplained_of_cut_off(along.rows, *CONDITION.cut_off)
+        for name in names
     }
     kernel = min(names, key=lambda name: rest[name])
     return Enlargement(*sides, kernel, along.length / best.along, rest[kernel])
@@ -102,7 +103,7 @@ class Lines:
         is_cut &= self.is_cut_off and kernel in OVERSHOOTING
         if (size, kernel, is_cut) not in self._known:
             up = Upsampling(self.length, size, kernel)
-            rest = up.unexplained_of_cut_off(self.rows, *CUT_OFF) if is_cut else up.unexplained(self.rows)
+            rest = up.unexplained_of_cut_off(self.rows, *CONDITION.cut_off) if is_cut else up.unexplained(self.rows)
             self._known[size, kernel, is_cut] = rest
         rest = self._known[size, kernel, is_cut]
         return min(rest, self.unexplained(size, kernel)) if is_cut else rest
@@ -116,7 +117,8 @@ class Lines:
     @cached_property
     def is_cut_off(self) -> bool:
         """Whether some pixels are black or white, at which what an enlargement overshoots is cut off."""
-        return bool(((self.rows <= CUT_OFF[0]) | (self.rows >= CUT_OFF[1])).any())
+        low, high = CONDITION.cut_off
+        return bool(((self.rows <= low) | (self.rows >= high)).any())
 
     @cached_property
     def is_clean(self) -> bool:
@@ -135,9 +137,6 @@ class Lines:
         relative = power / (median_filter(power, CONDITION.spectrum_window) + 1e-9)
         return np.interp(_FREQUENCIES, np.arange(len(power)) / count, relative)
 
-
-CUT_OFF = 0.5, 254.5
-"""Levels below and above which a pixel is black or white."""
 
 OVERSHOOTING = frozenset(KERNELS) - {"bilinear"}
 """The kernels with negative weights."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class LetteringConstants:
     """How small marks on one paint, such as letters, are found and outlined."""
 
-    # Marks on one paint (regions/lettering.py)
+    # Marks on one paint (regions/lettering.py, islands.py, box_gaps.py), and on several (crossing_marks.py)
 
     noise_max: float = 2.5 / 255
     """Noise of a picture up to which marks are looked for. Screens with gradients have 2.0 levels."""
@@ -32,8 +32,8 @@ class LetteringConstants:
 
     islands_max: int = 8192
     marks_max: int = 2048
-    """Most islands in grounds that are looked at, and most marks: more are a texture. The time grows by the first, and
-    the memory by the square of the second, up to 150 MB."""
+    """Most islands in grounds that are looked at, and most marks, on one ground and on several: more are a texture. The
+    time grows by the first, and the memory by the square of the second, up to 150 MB."""
 
     pure_part_max: float = 0.6
     """Share of the ink of a group of marks that lies in pixels of pure ink. With more, the usual regions are as good:

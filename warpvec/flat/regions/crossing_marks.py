@@ -11,6 +11,7 @@ import numpy as np
 
 from warpvec.arrays import Floats32, Integers, Integers32, Places
 from warpvec.flat.constants.lettering import LETTERING
+from warpvec.flat.regions.box_gaps import are_close
 from warpvec.flat.regions.noise import Tolerances
 
 
@@ -42,9 +43,25 @@ class CrossingMark:
         return share.astype(np.float32) if is_apart and is_mix.mean() >= LETTERING.crossing_part else None
 
 
-def is_beside(box: Integers, others: Integers) -> bool:
-    """Return whether a ``box`` [4] is as close to one of the ``others`` [n, 4] as letters of a line."""
-    gaps = np.maximum(box[:2] - others[:, 2:], others[:, :2] - box[2:]) - 1
-    tall = np.maximum(box[2] - box[0], others[:, 2] - others[:, 0]) + 1
-    reach = np.array([LETTERING.reach_down, LETTERING.reach_across])
-    return bool((gaps <= np.maximum(reach * tall[:, None], LETTERING.reach_min)).all(1).any())
+def joined(
+    boxes: Floats32, ink: Floats32, crossing: list[CrossingMark], tolerances: Tolerances
+) -> list[tuple[CrossingMark, Floats32]]:
+    """Return the marks on several grounds that go on with a word, and the ink in each; ``crossing`` loses them.
+
+    Args:
+        boxes: those of the marks of the word [n, 4].
+        ink: its premultiplied ink [4].
+        crossing: all such marks that are left.
+        tolerances: those of the picture.
+    """
+    found: list[tuple[CrossingMark, Floats32]] = []
+    while len(boxes) and crossing:
+        is_near = are_close(np.array([mark.box for mark in crossing], np.float32)[:, None], boxes).any(1)
+        near = [crossing[index] for index in np.flatnonzero(is_near)]
+        parts = [(mark, mark.covered(ink, tolerances)) for mark in near]
+        new = [(mark, part) for mark, part in parts if part is not None]
+        for mark, _ in new:
+            crossing.remove(mark)
+        found += new
+        boxes = np.array([mark.box for mark, _ in new], np.float32)  # those before have been asked
+    return found

@@ -7,7 +7,7 @@ colour of all its marks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +16,10 @@ from warpvec.arrays import Floats32, Integers, Integers32, Mask, Places
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.regions.assignment import Assignment
-from warpvec.flat.regions.crossing_marks import CrossingMark, is_beside
+from warpvec.flat.regions.box_gaps import are_close, gaps_between
+from warpvec.flat.regions.crossing_marks import CrossingMark, joined
 from warpvec.flat.regions.islands import Island, find_grounds, parted_islands, regions_behind, whole_islands
+from warpvec.flat.regions.mark_writing import join_grounds, without_unseen, write_mark
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.paints import Paints
@@ -126,6 +128,7 @@ def with_lettering(
     marks, crossing = _marks(picture, found, paints, tolerances)
     if not 0 < len(marks) <= LETTERING.marks_max:
         return found, paints, None
+    crossing = crossing if len(crossing) <= LETTERING.marks_max else []
     result = found.copy()
     words = _words(marks)
     colors: list[Floats32] = []
@@ -137,18 +140,19 @@ def with_lettering(
             large: list[tuple[_Mark | CrossingMark, Floats32]] = [
                 (mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least
             ]
-            large += _joined(word, ink, crossing, tolerances) if large else []
+            boxes = np.array([mark.box for mark in word], np.float32)
+            large += joined(boxes, ink.value, crossing, tolerances) if large else []
             if len(large) == 1 and word[0].island.is_cut_out:
                 continue  # what an edge leaves may look like a mark, but not like a word
             for mark, part in large:
-                _write(mark, part, len(paints) + len(colors), result)
+                write_mark(mark.pixels, mark.beside, part, len(paints) + len(colors), result)
                 written.append(mark)
             colors += [_straight(ink.value)] * bool(large)
     if not colors:
         return found, paints, None
     is_lettering = np.arange(len(paints) + len(colors)) >= len(paints)
-    _join_grounds(result, [mark.beside for mark in written], paints)
-    return _compact(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
+    join_grounds(result, [mark.beside for mark in written], paints)
+    return without_unseen(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
 
 
 def _is_thin(covered: Floats32) -> bool:
@@ -224,8 +228,8 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
     """Return the marks in groups of one ink and ground that are close to each other."""
     box = np.array([mark.box for mark in marks], np.float32)
     depth = np.array([mark.depth for mark in marks], np.float32)
-    gaps = np.maximum(box[:, None, :2] - box[None, :, 2:], box[None, :, :2] - box[:, None, 2:]) - 1.0
-    is_near = _are_near(marks, gaps, box[:, 2] - box[:, 0] + 1.0)
+    gaps = gaps_between(box[:, None], box)
+    is_near = are_close(box[:, None], box) & _are_of_one_ink(marks)
     # A weak mark belongs to the nearest one that is not.
     is_weak, is_solid = np.array([mark.is_weak for mark in marks]), np.array([mark.is_solid for mark in marks])
     shows_ink = np.array([mark.shows_ink for mark in marks])
@@ -242,20 +246,11 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
     return [[marks[index] for index in group] for group in pixels_of(groups[None])]
 
 
-def _are_near(marks: list[_Mark], gaps: Floats32, tall: Floats32) -> Mask:
-    """Return which marks [n, n] of one direction and ground are as close as letters of a line.
-
-    Args:
-        marks: the marks.
-        gaps: pixels between two boxes, in rows and in columns [n, n, 2].
-        tall: heights of the marks in pixels [n].
-    """
+def _are_of_one_ink(marks: list[_Mark]) -> Mask:
+    """Return which marks [n, n] have one ground, and differ from it in one direction."""
     ground = np.array([mark.ground for mark in marks])
     direction = np.array([mark.direction for mark in marks], np.float32)
-    reach = np.array([LETTERING.reach_down, LETTERING.reach_across], np.float32)
-    limit = np.maximum(reach * np.maximum(tall[:, None], tall)[..., None], LETTERING.reach_min)
-    is_alike = direction @ direction.T >= LETTERING.direction_min
-    return np.asarray((gaps <= limit).all(2) & (ground[:, None] == ground) & is_alike)
+    return np.asarray((ground[:, None] == ground) & (direction @ direction.T >= LETTERING.direction_min))
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,7 +267,7 @@ def _inks(words: list[list[_Mark]], paints: Paints, tolerances: Tolerances) -> l
     The purest colours of other words on the same ground are known too.
     """
     deepest = [max(word, key=lambda mark: mark.depth) for word in words]
-    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])[paints.kind == FLAT]
+    values = paints.premultiplied()[paints.kind == FLAT]
     known = {mark.ground: values for mark in deepest}
     inks: dict[int, _Ink] = {}
     for index in sorted(range(len(words)), key=lambda index: -deepest[index].depth):
@@ -303,62 +298,6 @@ def _ink(mark: _Mark, known: Floats32, near: float, tolerances: Tolerances) -> _
     return _Ink(mark.color + mark.depth * mark.direction, mark.depth)
 
 
-def _joined(
-    word: list[_Mark], ink: _Ink, crossing: list[CrossingMark], tolerances: Tolerances
-) -> list[tuple[CrossingMark, Floats32]]:
-    """Return the marks on several grounds that go on with a ``word``, and the ink in each; ``crossing`` loses them."""
-    boxes = np.array([mark.box for mark in word])
-    joined: list[tuple[CrossingMark, Floats32]] = []
-    found = True
-    while found:
-        found = False
-        for mark in [each for each in crossing if is_beside(each.box, boxes)]:
-            part = mark.covered(ink.value, tolerances)
-            if part is not None:
-                joined.append((mark, part))
-                crossing.remove(mark)
-                boxes, found = np.concatenate([boxes, mark.box[None]]), True
-    return joined
-
-
 def _straight(value: Floats32) -> Floats32:
     opacity = float(np.clip(value[3], 0.0, 1.0))
     return np.append(np.clip(value[:3] / max(opacity, 1e-6), 0.0, 1.0), opacity).astype(np.float32)
-
-
-def _write(mark: _Mark | CrossingMark, covered: Floats32, region: int, result: Assignment) -> None:
-    """Make ``mark`` a part of the ``region``, which has ``covered`` [n] of each of its pixels."""
-    is_own: Mask = covered > 0.5
-    is_own[covered.argmax()] = True  # a mark that nowhere has more than its ground is still one
-    place = np.unravel_index(mark.pixels, result.label.shape)
-    result.label[place] = np.where(is_own, region, mark.beside)
-    result.other[place] = np.where(is_own, mark.beside, region)
-    result.share[place] = np.where(is_own, np.maximum(covered, 0.5), 1.0 - covered)
-
-
-def _join_grounds(found: Assignment, beside: list[Integers32], paints: Paints) -> None:
-    """Make one region of those of one flat paint that lie ``beside`` a mark: letters part a narrow halo."""
-    pairs: list[tuple[int, int]] = []
-    for regions in map(np.unique, beside):
-        flat = [int(each) for each in regions if paints.kind[each] == FLAT]
-        values = [(*paints.color[each], paints.opacity[each]) for each in flat]
-        pairs += [(flat[values.index(value)], each) for each, value in zip(flat, values, strict=True)]
-    if not any(first != second for first, second in pairs):
-        return
-    first, second = np.array(pairs).T
-    group = connected_parts(first, second, len(paints))
-    least = np.full(int(group.max()) + 1, len(paints))
-    np.minimum.at(least, group, np.arange(len(paints)))
-    number = np.arange(int(max(found.label.max(), found.other.max())) + 1, dtype=np.int32)
-    number[: len(paints)] = least[group]
-    found.label[:], found.other[:] = number[found.label], number[found.other]
-
-
-def _compact(found: Assignment, paints: Paints, is_lettering: Mask) -> tuple[Assignment, Paints, Mask]:
-    """Return the regions, numbered anew without those that no pixel shows."""
-    shown = np.bincount(found.label.ravel(), minlength=len(paints)) > 0
-    number = (np.cumsum(shown) - 1).astype(np.int32)
-    other = np.where(shown[found.other], found.other, found.label)
-    share = np.where(other == found.label, np.float32(1), found.share)
-    numbered = replace(found, label=number[found.label], other=number[other], share=share)
-    return numbered, paints.select(np.flatnonzero(shown)), is_lettering[shown]

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from warpvec.arrays import Floats32, Integers32, Places
+from warpvec.arrays import Floats32, Integers, Integers32, Places
 from warpvec.geometry.paints.kind import WHOLE_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.stops import STOPS_MAX
@@ -80,6 +80,17 @@ class Paints:
             color[is_ramp] = values[:, :3]
             opacity[is_ramp] *= values[:, 3]
         return np.concatenate([color * opacity[..., None], opacity[..., None]], -1)
+
+    def premultiplied(self) -> Floats32:
+        """Return premultiplied sRGB and alpha [K, 4] of the paints; of gradients, without the opacities of stops."""
+        return np.column_stack([self.color * self.opacity[:, None], self.opacity])
+
+    def first_alike(self) -> Integers:
+        """Return the first paint [K] that looks like each: that of the same premultiplied colour if both are flat."""
+        own = np.where(self.kind == FLAT, -1, np.arange(len(self)))
+        keys = np.column_stack([self.premultiplied(), own])
+        _, first, same = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        return first[same.ravel()]
 
     def mean_opacity(self) -> Floats32:
         """Return the opacity of each paint [K], of a gradient the mean of those of its stops."""

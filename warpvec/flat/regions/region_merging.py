@@ -26,7 +26,7 @@ def small_area(tolerances: Tolerances) -> int:
 
 def pool_paints(paints: Paints, area: Places, tolerances: Tolerances) -> Integers32:
     """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
-    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity]).astype(np.float32)
+    values = paints.premultiplied().astype(np.float32)
     seen = values @ tolerances.metric
     pool, shows = _equal_ramps(paints), paints.opacity > 0
     leaders, count = np.empty(len(paints), np.int32), 0

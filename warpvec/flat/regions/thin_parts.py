@@ -105,7 +105,7 @@ def _paint_of(value: Floats32) -> Paints:
 def _known_colors(paints: Paints) -> Floats32:
     """Return the different premultiplied colours [M, 4] of flat paints."""
     flat = paints.kind == FLAT
-    values = np.column_stack([paints.color * paints.opacity[:, None], paints.opacity])[flat]
+    values = paints.premultiplied()[flat]
     return np.unique(values, axis=0)
 
 
