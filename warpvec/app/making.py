@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from io import BytesIO
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
+from warpvec.making.packages import check_packages
+
 MEDIA_TYPE = "application/zip"
-
-
-def can_make() -> bool:
-    """Return whether the packages of the extra "cut" are installed."""
-    return all(map(find_spec, ("ezdxf", "shapely")))
 
 
 def sheets_zip(text: str) -> bytes:
@@ -21,8 +17,9 @@ def sheets_zip(text: str) -> bytes:
     Each sheet has marks by which sheets are laid on each other, and a border along which the rest is peeled off.
 
     Raises:
-        InputError: the text is no drawing.
+        InputError: the text is no drawing, or a package is missing.
     """
+    check_packages("sheets")
     from warpvec.making.parts import read_parts
     from warpvec.making.sheet_svg import sheet_text
     from warpvec.making.sheets import SheetOptions, sheets_of
@@ -39,8 +36,9 @@ def cut_facts(text: str) -> dict[str, Any]:
     """Return the size of the drawing ``text`` in words, and what will go wrong when it is cut, a sentence each.
 
     Raises:
-        InputError: the text is no drawing.
+        InputError: the text is no drawing, or a package is missing.
     """
+    check_packages("warnings")
     from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
     from warpvec.making.parts import read_parts
     from warpvec.making.sheets import SheetOptions
