@@ -15,6 +15,15 @@ SQUARE = f'{HEAD}<rect fill="#00f" x="10" y="10" width="40" height="40"/></svg>'
 
 def test_without_the_extra_sheets_and_warnings_are_refused_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(packages, "find_spec", lambda name: None)
-    for ask in (lambda: encode(SQUARE, "zip"), lambda: cut_facts(SQUARE)):
+    for ask in (lambda: encode(SQUARE, "zip"), lambda: cut_facts(SQUARE, "vinyl")):
         with pytest.raises(InputError, match=r"need the packages of the extra cut.*pip install 'warpvec\[cut\]'"):
             ask()
+
+
+def test_a_thin_line_tears_when_it_is_cut_but_a_pen_draws_it() -> None:
+    pytest.importorskip("shapely")
+    line = f'{HEAD}<path fill="none" stroke="#f00" stroke-width="0.26" d="M10 30H90"/></svg>'
+    assert ["may tear" in each for each in cut_facts(line, "vinyl")["warnings"]] == [True]
+    assert cut_facts(line, "pen")["warnings"] == []
+    with pytest.raises(InputError, match="machine must be one of vinyl, laser, pen, stencil"):
+        cut_facts(line, "plough")

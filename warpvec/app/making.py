@@ -6,9 +6,15 @@ from io import BytesIO
 from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
+from warpvec.checks import check_choice
 from warpvec.making.packages import check_packages
 
 MEDIA_TYPE = "application/zip"
+
+PEN = "pen"
+
+MACHINES = ("vinyl", "laser", PEN, "stencil")
+"""The machines of the page; all but the pen cut."""
 
 
 def sheets_zip(text: str) -> bytes:
@@ -32,12 +38,17 @@ def sheets_zip(text: str) -> bytes:
     return stream.getvalue()
 
 
-def cut_facts(text: str) -> dict[str, Any]:
-    """Return the size of the drawing ``text`` in words, and what will go wrong when it is cut, a sentence each.
+def cut_facts(text: str, machine: str) -> dict[str, Any]:
+    """Return the size of the drawing ``text`` in words, and what will go wrong on a machine, a sentence each.
+
+    Args:
+        text: SVG text.
+        machine: one of ``MACHINES``.
 
     Raises:
-        InputError: the text is no drawing, or a package is missing.
+        InputError: the text is no drawing, the machine is unknown, or a package is missing.
     """
+    check_choice("machine", machine, MACHINES)
     check_packages("warnings")
     from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
     from warpvec.making.parts import read_parts
@@ -45,4 +56,5 @@ def cut_facts(text: str) -> dict[str, Any]:
 
     drawing = read_parts(text)
     size = f"{drawing.width:.4g} x {drawing.height:.4g} mm"
-    return {"size": size, "warnings": cut_warnings(drawing, MIN_WIDTH_MM, SheetOptions())}
+    options = SheetOptions(keeps_lines=machine == PEN)
+    return {"size": size, "warnings": cut_warnings(drawing, MIN_WIDTH_MM, options)}

@@ -58,7 +58,7 @@ export class MakePanel {
     const { desk } = this;
     await desk.attempt(async () => {
       const text = desk.view.drawingText();
-      const { size, warnings } = await desk.server.cutFacts(text);
+      const { size, warnings } = await desk.server.cutFacts(text, this.machine);
       this.checked = text;
       const lines = [`The drawing is ${size}.`, ...(warnings.length ? warnings : ["Nothing that would go wrong was found."])];
       find("make-warnings").replaceChildren(...lines.map((textContent) => Object.assign(document.createElement("li"), { textContent })));
