@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from warpvec.app.export import encode
-from warpvec.app.making import cut_facts
+from warpvec.app.making import SHEETS_MAX, WARNINGS_MAX, cut_facts
 from warpvec.errors import InputError
 from warpvec.making import packages
 
@@ -27,3 +27,20 @@ def test_a_thin_line_tears_when_it_is_cut_but_a_pen_draws_it() -> None:
     assert cut_facts(line, "pen")["warnings"] == []
     with pytest.raises(InputError, match="machine must be one of vinyl, laser, pen, stencil"):
         cut_facts(line, "plough")
+
+
+def squares(count: int) -> str:
+    """Return a drawing of squares of 1 mm, each of a colour of its own."""
+    rects = (
+        f'<rect fill="#{2 * i:06x}" x="{i % 40 * 2}" y="{i // 40 * 2}" width="1" height="1"/>' for i in range(count)
+    )
+    return f"{HEAD}{''.join(rects)}</svg>"
+
+
+def test_only_a_drawing_of_few_colours_gets_sheets_and_only_the_first_warnings_are_listed() -> None:
+    pytest.importorskip("shapely")
+    for ask in (lambda text: encode(text, "zip"), lambda text: cut_facts(text, "vinyl")):
+        with pytest.raises(InputError, match=f"at most {SHEETS_MAX} colours, a sheet each, got {SHEETS_MAX + 1};"):
+            ask(squares(SHEETS_MAX + 1))
+    found = cut_facts(squares(SHEETS_MAX), "vinyl")["warnings"]
+    assert len(found) == WARNINGS_MAX + 1 and found[-1] == f"and {SHEETS_MAX - WARNINGS_MAX} more"

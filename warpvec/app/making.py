@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
 from warpvec.checks import check_choice
+from warpvec.errors import InputError
 from warpvec.making.packages import check_packages
+
+if TYPE_CHECKING:
+    from warpvec.making.parts import Sheet
 
 MEDIA_TYPE = "application/zip"
 
@@ -16,6 +20,13 @@ PEN = "pen"
 MACHINES = ("vinyl", "laser", PEN, "stencil")
 """The machines of the page; all but the pen cut."""
 
+SHEETS_MAX = 64
+"""Most colours of a drawing, each of which takes a sheet, a file and some work of the server. It is what
+the control of colours goes up to; each sheet is laid into the machine by hand, and nobody does that more often."""
+
+WARNINGS_MAX = 20
+"""Most warnings that the panel of the page lists: they stand above the button that saves."""
+
 
 def sheets_zip(text: str) -> bytes:
     """Return a ZIP file with an SVG in millimetres of each colour of the drawing ``text``.
@@ -23,14 +34,13 @@ def sheets_zip(text: str) -> bytes:
     Each sheet has marks by which sheets are laid on each other, and a border along which the rest is peeled off.
 
     Raises:
-        InputError: the text is no drawing, or a package is missing.
+        InputError: the text is no drawing, it has too many colours, or a package is missing.
     """
     check_packages("sheets")
-    from warpvec.making.parts import read_parts
     from warpvec.making.sheet_svg import sheet_text
     from warpvec.making.sheets import SheetOptions, sheets_of
 
-    sheets = sheets_of(read_parts(text), SheetOptions(registration=True, weeding=True))
+    sheets = sheets_of(_drawing_of(text), SheetOptions(registration=True, weeding=True))
     stream = BytesIO()
     with ZipFile(stream, "w", ZIP_DEFLATED) as file:
         for number, (color, sheet) in enumerate(sheets.items(), 1):
@@ -46,15 +56,28 @@ def cut_facts(text: str, machine: str) -> dict[str, Any]:
         machine: one of ``MACHINES``.
 
     Raises:
-        InputError: the text is no drawing, the machine is unknown, or a package is missing.
+        InputError: the text is no drawing, it has too many colours, the machine is unknown, or a package is missing.
     """
     check_choice("machine", machine, MACHINES)
     check_packages("warnings")
     from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
-    from warpvec.making.parts import read_parts
     from warpvec.making.sheets import SheetOptions
 
-    drawing = read_parts(text)
+    drawing = _drawing_of(text)
     size = f"{drawing.width:.4g} x {drawing.height:.4g} mm"
     options = SheetOptions(keeps_lines=machine == PEN)
-    return {"size": size, "warnings": cut_warnings(drawing, MIN_WIDTH_MM, options)}
+    found = cut_warnings(drawing, MIN_WIDTH_MM, options)
+    more = [f"and {len(found) - WARNINGS_MAX} more"] if len(found) > WARNINGS_MAX else []
+    return {"size": size, "warnings": found[:WARNINGS_MAX] + more}
+
+
+def _drawing_of(text: str) -> Sheet:
+    """Return the parts of the drawing ``text``, of at most ``SHEETS_MAX`` colours."""
+    from warpvec.making.parts import read_parts
+
+    drawing = read_parts(text)
+    count = len({part.color for part in drawing.parts})
+    if count > SHEETS_MAX:
+        rule = f"must have at most {SHEETS_MAX} colours, a sheet each"
+        raise InputError("the drawing", rule, str(count), "choose fewer colours")
+    return drawing
