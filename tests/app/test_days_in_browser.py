@@ -125,4 +125,23 @@ def test_sheets_of_vinyl_are_made_and_what_may_go_wrong_is_said(
     page.keyboard.press("Control+z")
     assert page.locator("#make-warnings li").count() == 0
     assert not page.is_checked("#set-cutout") and page.is_checked("[name=set-mode][value=auto]")
+    assert page.locator("[data-machine][aria-pressed=true]").count() == 0 and page.is_hidden("#make-box")
+    desk.close()
+
+
+def test_a_machine_stays_chosen_only_while_the_controls_are_set_for_it(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    pytest.importorskip("shapely")
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page = desk.page
+    for machine in ("laser", "vinyl"):  # of the same settings
+        page.locator(f"[data-machine={machine}]").click()
+        pressed = page.locator("[data-machine][aria-pressed=true]")
+        assert pressed.count() == 1 and pressed.get_attribute("data-machine") == machine
+        assert page.is_visible("#make-box") and page.is_disabled("#make-save")
+    page.locator("#set-cutout").uncheck()
+    assert pressed.count() == 0 and page.is_hidden("#make-box")
+    page.locator("#set-cutout").check()
+    assert pressed.count() == 1
     desk.close()
