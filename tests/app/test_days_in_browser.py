@@ -16,6 +16,9 @@ pytestmark = NEEDS_BROWSER
 
 GREEN, ORANGE, BLUE = "#2e9b4f", "#ff8000", "#1c4fa0"
 
+SWATCHES_MAX = 12
+"""Steps that pass by all swatches: the logo has four colours."""
+
 
 def fills(text: str) -> set[str]:
     """Return the colours of the paths of a drawing, of six digits."""
@@ -32,9 +35,12 @@ def recolour_by_mouse(hand: Mouse) -> None:
 def recolour_by_keys(hand: Keys) -> None:
     """Step to the green swatch of the palette, and type the code of another colour."""
     focus(hand.desk, "swatch")
-    hand.page.keyboard.press("ArrowRight")
-    while hand.page.evaluate("() => document.activeElement.value") != GREEN:
+    for _ in range(SWATCHES_MAX):
         hand.page.keyboard.press("ArrowRight")
+        if hand.page.evaluate("() => document.activeElement.value") == GREEN:
+            break
+    else:
+        raise AssertionError(f"there is no swatch {GREEN}")
     press(hand.desk, "replace-hex", "Control+a")
     hand.page.keyboard.type(ORANGE)
     hand.page.keyboard.press("Enter")

@@ -19,12 +19,15 @@ RECOLOUR = """([from, to]) => {
 }"""
 
 
-def states(desk: DeskPage) -> dict[str, list[bool]]:
-    """Return by the first word of each layer whether it is shown and locked."""
-    script = """() => [...document.querySelectorAll("#layers tbody tr")].map((row) =>
-        [row.innerText.trim().split(/\\s/)[0], [...row.querySelectorAll("input")].map(({ checked }) => checked)])"""
-    desk.page.wait_for_timeout(200)
-    return dict(desk.page.evaluate(script))
+def wait_for_states(desk: DeskPage, expected: dict[str, list[bool]]) -> None:
+    """Wait until each layer, by the first word of its name, is shown and locked as ``expected``."""
+    script = """(expected) => {
+        const rows = [...document.querySelectorAll("#layers tbody tr")].map((row) =>
+            [row.innerText.trim().split(/\\s/)[0], [...row.querySelectorAll("input")].map(({ checked }) => checked)]);
+        return rows.length === Object.keys(expected).length
+            && rows.every(([name, states]) => String(states) === String(expected[name]));
+    }"""
+    desk.page.wait_for_function(script, arg=expected)
 
 
 def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
@@ -39,9 +42,10 @@ def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
     page.get_by_label("Show gold #f2c230").uncheck()
     with desk.fitting():
         page.locator("#set-cutout").check()
-    assert states(desk) == {
+    expected = {
         "orange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False], "gold": [False, False],
     }  # fmt: skip
+    wait_for_states(desk, expected)
     page.evaluate("() => { window.sent = null; window.desk.fitAgain = (text, locked) => { window.sent = locked; }; }")
     page.keyboard.press("Control+z")
     page.keyboard.press("Control+z")  # of the recolouring: no path is edited now
