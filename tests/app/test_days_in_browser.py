@@ -151,3 +151,32 @@ def test_a_machine_stays_chosen_only_while_the_controls_are_set_for_it(
     page.locator("#set-cutout").check()
     assert pressed.count() == 1
     desk.close()
+
+
+def test_what_may_go_wrong_with_a_drawing_is_not_said_of_the_next_one(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    pytest.importorskip("shapely")
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page, held = desk.page, []
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    with desk.fitting():
+        page.locator("[data-machine=vinyl]").click()
+    page.route("**/cut?*", lambda route: route.continue_() if held else held.append(route))
+    page.evaluate("""() => {
+        window.lists = 0;
+        const count = (changes) => { window.lists += changes.filter(({ addedNodes }) => addedNodes.length).length; };
+        new MutationObserver(count).observe(document.getElementById("make-warnings"), { childList: true });
+    }""")
+    with page.expect_request("**/cut?*"):
+        page.locator("#make-check").click()
+    page.evaluate("() => warpvecView.app.select(warpvecView.app.drawing.layers[0].items)")
+    page.locator("#surface").press("Delete")
+    with page.expect_response("**/cut?*") as answer:
+        held[0].continue_()
+    answer.value.finished()
+    page.locator("#make-check").click()
+    page.locator("#make-warnings li").first.wait_for()
+    assert page.evaluate("() => window.lists") == 1
+    desk.close()

@@ -63,10 +63,11 @@ export class MakePanel {
   }
 
   async check() {
-    const { desk } = this;
+    const { desk, machine } = this;
     await desk.attempt(async () => {
       const text = desk.view.drawingText();
-      const { size, warnings } = await desk.server.cutFacts(text, this.machine);
+      const { size, warnings } = await desk.server.cutFacts(text, machine);
+      if (this.machine !== machine || desk.view.drawingText() !== text) return; // the answer is of what is not shown any more
       this.checked = text;
       const lines = [`The drawing is ${size}.`, ...(warnings.length ? warnings : ["Nothing that would go wrong was found."])];
       find("make-warnings").replaceChildren(...lines.map((textContent) => Object.assign(document.createElement("li"), { textContent })));
