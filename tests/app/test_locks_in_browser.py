@@ -1,4 +1,4 @@
-"""Layers stay locked and hidden in the next drawing, and a fit leaves what is locked as it is."""
+"""What stays in the next drawing: locked and hidden layers, what is locked as it is, and why it is of its kind."""
 
 from __future__ import annotations
 
@@ -51,4 +51,17 @@ def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
     page.keyboard.press("Control+z")  # of the recolouring: no path is edited now
     page.locator("#fit-again").evaluate("(button) => button.click()")
     assert page.evaluate("() => window.sent") == [0]
+    desk.close()
+
+
+def test_a_drawing_that_is_fitted_again_keeps_why_it_is_of_its_kind(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = DeskPage(browser, quick_server, tmp_path)
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    with desk.fitting():
+        desk.page.locator("#fit-again").evaluate("(button) => button.click()")
+    found = desk.page.locator("#found")
+    assert (found.inner_text(), found.get_attribute("title")) == ("found: flat", "it has few colours")
     desk.close()
