@@ -16,6 +16,9 @@ pytestmark = NEEDS_BROWSER
 
 GREEN, ORANGE, BLUE = "#2e9b4f", "#ff8000", "#1c4fa0"
 
+SWATCHES_MAX = 12
+"""Steps that pass by all swatches: the logo has four colours."""
+
 
 def fills(text: str) -> set[str]:
     """Return the colours of the paths of a drawing, of six digits."""
@@ -32,9 +35,12 @@ def recolour_by_mouse(hand: Mouse) -> None:
 def recolour_by_keys(hand: Keys) -> None:
     """Step to the green swatch of the palette, and type the code of another colour."""
     focus(hand.desk, "swatch")
-    hand.page.keyboard.press("ArrowRight")
-    while hand.page.evaluate("() => document.activeElement.value") != GREEN:
+    for _ in range(SWATCHES_MAX):
         hand.page.keyboard.press("ArrowRight")
+        if hand.page.evaluate("() => document.activeElement.value") == GREEN:
+            break
+    else:
+        raise AssertionError(f"there is no swatch {GREEN}")
     press(hand.desk, "replace-hex", "Control+a")
     hand.page.keyboard.type(ORANGE)
     hand.page.keyboard.press("Enter")
@@ -125,4 +131,52 @@ def test_sheets_of_vinyl_are_made_and_what_may_go_wrong_is_said(
     page.keyboard.press("Control+z")
     assert page.locator("#make-warnings li").count() == 0
     assert not page.is_checked("#set-cutout") and page.is_checked("[name=set-mode][value=auto]")
+    assert page.locator("[data-machine][aria-pressed=true]").count() == 0 and page.is_hidden("#make-box")
+    desk.close()
+
+
+def test_a_machine_stays_chosen_only_while_the_controls_are_set_for_it(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    pytest.importorskip("shapely")
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page = desk.page
+    for machine in ("laser", "vinyl"):  # of the same settings
+        page.locator(f"[data-machine={machine}]").click()
+        pressed = page.locator("[data-machine][aria-pressed=true]")
+        assert pressed.count() == 1 and pressed.get_attribute("data-machine") == machine
+        assert page.is_visible("#make-box") and page.is_disabled("#make-save")
+    page.locator("#set-cutout").uncheck()
+    assert pressed.count() == 0 and page.is_hidden("#make-box")
+    page.locator("#set-cutout").check()
+    assert pressed.count() == 1
+    desk.close()
+
+
+def test_what_may_go_wrong_with_a_drawing_is_not_said_of_the_next_one(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    pytest.importorskip("shapely")
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page, held = desk.page, []
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    with desk.fitting():
+        page.locator("[data-machine=vinyl]").click()
+    page.route("**/cut?*", lambda route: route.continue_() if held else held.append(route))
+    page.evaluate("""() => {
+        window.lists = 0;
+        const count = (changes) => { window.lists += changes.filter(({ addedNodes }) => addedNodes.length).length; };
+        new MutationObserver(count).observe(document.getElementById("make-warnings"), { childList: true });
+    }""")
+    with page.expect_request("**/cut?*"):
+        page.locator("#make-check").click()
+    page.evaluate("() => warpvecView.app.select(warpvecView.app.drawing.layers[0].items)")
+    page.locator("#surface").press("Delete")
+    with page.expect_response("**/cut?*") as answer:
+        held[0].continue_()
+    answer.value.finished()
+    page.locator("#make-check").click()
+    page.locator("#make-warnings li").first.wait_for()
+    assert page.evaluate("() => window.lists") == 1
     desk.close()

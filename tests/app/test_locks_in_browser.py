@@ -1,4 +1,4 @@
-"""Layers stay locked and hidden in the next drawing, and a fit leaves what is locked as it is."""
+"""What stays in the next drawing: locked and hidden layers, what is locked as it is, and why it is of its kind."""
 
 from __future__ import annotations
 
@@ -19,12 +19,15 @@ RECOLOUR = """([from, to]) => {
 }"""
 
 
-def states(desk: DeskPage) -> dict[str, list[bool]]:
-    """Return by the first word of each layer whether it is shown and locked."""
-    script = """() => [...document.querySelectorAll("#layers tbody tr")].map((row) =>
-        [row.innerText.trim().split(/\\s/)[0], [...row.querySelectorAll("input")].map(({ checked }) => checked)])"""
-    desk.page.wait_for_timeout(200)
-    return dict(desk.page.evaluate(script))
+def wait_for_states(desk: DeskPage, expected: dict[str, list[bool]]) -> None:
+    """Wait until each layer, by the first word of its name, is shown and locked as ``expected``."""
+    script = """(expected) => {
+        const rows = [...document.querySelectorAll("#layers tbody tr")].map((row) =>
+            [row.innerText.trim().split(/\\s/)[0], [...row.querySelectorAll("input")].map(({ checked }) => checked)]);
+        return rows.length === Object.keys(expected).length
+            && rows.every(([name, states]) => String(states) === String(expected[name]));
+    }"""
+    desk.page.wait_for_function(script, arg=expected)
 
 
 def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
@@ -39,12 +42,26 @@ def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
     page.get_by_label("Show gold #f2c230").uncheck()
     with desk.fitting():
         page.locator("#set-cutout").check()
-    assert states(desk) == {
+    expected = {
         "orange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False], "gold": [False, False],
     }  # fmt: skip
+    wait_for_states(desk, expected)
     page.evaluate("() => { window.sent = null; window.desk.fitAgain = (text, locked) => { window.sent = locked; }; }")
     page.keyboard.press("Control+z")
     page.keyboard.press("Control+z")  # of the recolouring: no path is edited now
     page.locator("#fit-again").evaluate("(button) => button.click()")
     assert page.evaluate("() => window.sent") == [0]
+    desk.close()
+
+
+def test_a_drawing_that_is_fitted_again_keeps_why_it_is_of_its_kind(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = DeskPage(browser, quick_server, tmp_path)
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    with desk.fitting():
+        desk.page.locator("#fit-again").evaluate("(button) => button.click()")
+    found = desk.page.locator("#found")
+    assert (found.inner_text(), found.get_attribute("title")) == ("found: flat", "it has few colours")
     desk.close()

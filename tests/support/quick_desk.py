@@ -68,7 +68,8 @@ class QuickWorker:
         self.found = self.answer(message)
         frame = {**self.found, "iteration": 1, "iterations": 2, "paths": 1, "left": 1.0}
         del frame["mode"]
-        mode = {"mode": "flat", "reason": "it has few colours", "width": 240, "height": 160}
+        reason = "it has few colours" if message.settings.mode == "auto" else None
+        mode = {"mode": "flat", "reason": reason, "width": 240, "height": 160}
         self.report("mode", message.number, mode)
         steps = [(FRAME_SECONDS, "frame", frame), (DONE_SECONDS, "done", self.found)]
         self.timers[message.number] = [

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from warpvec.app.making import MEDIA_TYPE, can_make, sheets_zip
+from warpvec.app.making import MEDIA_TYPE, sheets_zip
 from warpvec.errors import InputError
+from warpvec.making.packages import can_make
 from warpvec.writers.png import canvas_of, drawing_size
 from warpvec.writers.registry import WRITERS
 from warpvec.writers.writer import Target

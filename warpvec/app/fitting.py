@@ -35,6 +35,11 @@ from warpvec.watch.watch import Watch
 LATE_SHARE = 0.5
 """Share of a whole fit from which on its drawing is close to its end, so that going on takes small steps."""
 
+SHORT_UNITS = 2
+"""Units per pixel from which on a drawing has the short form that a goal in bytes asks for. That form has whole numbers
+for coordinates, mostly in several units per pixel. Other drawings have one unit per pixel: 2 is the least that tells
+them apart. *Fit again* keeps the units of a short drawing, as decimals would double the file."""
+
 
 def run_job(
     job: FitJob,
@@ -86,11 +91,6 @@ def run_job(
 
 def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch: Watch) -> Request:
     return Request.of(pixels, config, job.settings.goal, title=job.name, watch=watch)
-
-
-SHORT_UNITS = 2
-"""Least units per pixel by which a drawing is known to have the short form that a goal in bytes asks for. Fitted again
-it is written in the same units: the decimals of its edited paths would double the file."""
 
 
 def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int | None, watch: Watch) -> Drawing:

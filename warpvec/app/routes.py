@@ -12,7 +12,7 @@ DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
 POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words, or what is left
-POST   /cut                     SVG text in the body -> its size, and what will go wrong when it is cut
+POST   /cut?machine=            SVG text in the body -> its size, and what will go wrong on the machine
 POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
 """
 
@@ -183,9 +183,9 @@ class Routes:
         return JSONResponse({"shapes": found})
 
     async def cut(self, request: Request) -> Response:
-        """Return the size of the drawing in the body, and what will go wrong when it is cut."""
+        """Return the size of the drawing in the body, and what will go wrong on a machine."""
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
-        return JSONResponse(await asyncio.to_thread(cut_facts, text))
+        return JSONResponse(await asyncio.to_thread(cut_facts, text, request.query_params.get("machine", "")))
 
     async def export(self, request: Request) -> Response:
         """Return the drawing in the body as a file of another kind."""

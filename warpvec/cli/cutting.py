@@ -11,6 +11,7 @@ import click
 from warpvec.checks import counted, in_one_line
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
+from warpvec.making.packages import check_packages
 from warpvec.svg.units import parse_millimeters
 
 if TYPE_CHECKING:
@@ -78,17 +79,7 @@ def check_cutting(options: Mapping[str, Any]) -> None:
             raise InputError("--sheets", "must be a folder", repr(options["sheets"]), "choose another name")
         check_writable(folder if folder.exists() else folder.parent / "sheet.svg", "--sheets")
     if options["sheets"] is not None or options["check_cut"]:
-        _check_packages()
-
-
-def _check_packages() -> None:
-    try:
-        import ezdxf  # noqa: F401
-        import shapely  # noqa: F401
-    except ImportError:
-        rule = "need the packages of the extra cut"
-        remedy = "pip install 'warpvec[cut]'"
-        raise InputError("--sheets and --check-cut", rule, "ezdxf or shapely is missing", remedy) from None
+        check_packages("--sheets and --check-cut")
 
 
 def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:

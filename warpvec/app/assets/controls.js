@@ -53,12 +53,15 @@ export class ControlPanel {
 
   /** Puts controls at values of their settings, by their names. Returns the names of those that stood elsewhere. */
   put(values) {
-    const given = CONTROLS.filter(({ name }) => name in values);
-    const places = given.map(({ name, settings }) => ({ name, place: settings[0].values.indexOf(values[name]) }));
-    const changed = places.filter(({ name, place }) => place >= 0 && place !== this.positions[name]);
+    const changed = placesOf(values).filter(({ name, place }) => place >= 0 && place !== this.positions[name]);
     const moved = Object.fromEntries(changed.map(({ name, place }) => [name, place]));
     this.show({ ...this.positions, ...moved }, this.kind, find("found").title);
     return changed.map(({ name }) => name);
+  }
+
+  /** Tells whether controls at `positions` have the values of settings, by their names. */
+  isAt(values, positions = this.positions) {
+    return placesOf(values).every(({ name, place }) => positions?.[name] === place);
   }
 
   /** The mode that is chosen: "auto", "photo", "flat" or "mono". */
@@ -84,6 +87,12 @@ export class ControlPanel {
     find(`set-${name}-text`).textContent = text;
     elementOf(name).setAttribute("aria-valuetext", text);
   }
+}
+
+/** Returns the controls of settings, by their names, and the places of these values; -1 for one that is not offered. */
+function placesOf(values) {
+  const given = CONTROLS.filter(({ name }) => name in values);
+  return given.map(({ name, settings }) => ({ name, place: settings[0].values.indexOf(values[name]) }));
 }
 
 function elementOf(control) {

@@ -131,6 +131,7 @@ export class Desk {
   // Fits
 
   changeSettings(positions, name) {
+    this.making.show();
     const picture = this.current;
     if (!picture) return;
     picture.positions = positions;

@@ -26,7 +26,7 @@ const MACHINES = {
 export class MakePanel {
   constructor(desk) {
     this.desk = desk;
-    this.machine = null;
+    this.chosen = null; // the last machine that was chosen
     this.checked = null; // the drawing whose warnings are shown
     for (const button of findAll("[data-machine]")) button.addEventListener("click", () => this.choose(button.dataset.machine));
     find("make-check").addEventListener("click", () => this.check());
@@ -38,9 +38,15 @@ export class MakePanel {
     find("make").hidden = !formats.includes("zip");
   }
 
+  /** The machine for which the controls are set: the last one that was chosen, as long as they stand as it needs them. */
+  get machine() {
+    return this.chosen && this.desk.panel.isAt(MACHINES[this.chosen].settings) ? this.chosen : null;
+  }
+
   /** Sets the controls for a machine; the picture is drawn with them. */
   choose(machine) {
-    this.machine = machine;
+    this.chosen = machine;
+    this.clear();
     const changed = this.desk.panel.put(MACHINES[machine].settings);
     if (changed.length) this.desk.changeSettings(this.desk.panel.positions, changed.includes("mode") ? "mode" : changed[0]);
     this.show();
@@ -48,17 +54,20 @@ export class MakePanel {
 
   /** Takes back what was said of a drawing that has changed. */
   forget() {
-    if (this.checked && this.checked !== this.desk.view.drawingText()) {
-      this.checked = null;
-      find("make-warnings").replaceChildren();
-    }
+    if (this.checked && this.checked !== this.desk.view.drawingText()) this.clear();
+  }
+
+  clear() {
+    this.checked = null;
+    find("make-warnings").replaceChildren();
   }
 
   async check() {
-    const { desk } = this;
+    const { desk, machine } = this;
     await desk.attempt(async () => {
       const text = desk.view.drawingText();
-      const { size, warnings } = await desk.server.cutFacts(text);
+      const { size, warnings } = await desk.server.cutFacts(text, machine);
+      if (this.machine !== machine || desk.view.drawingText() !== text) return; // the answer is of what is not shown any more
       this.checked = text;
       const lines = [`The drawing is ${size}.`, ...(warnings.length ? warnings : ["Nothing that would go wrong was found."])];
       find("make-warnings").replaceChildren(...lines.map((textContent) => Object.assign(document.createElement("li"), { textContent })));
@@ -72,8 +81,9 @@ export class MakePanel {
     if (!machine) return;
     setText("make-text", MACHINES[machine].words);
     setText("make-save", `Save ${MACHINES[machine].format === "zip" ? "sheets" : MACHINES[machine].format.toUpperCase()}`);
-    const { current, server } = this.desk;
-    const isReady = Boolean(current?.newest) && !current.isBusy && server.isOnline;
+    const { current, panel, server, view } = this.desk;
+    const isDrawn = Boolean(current?.newest) && !current.isBusy && panel.isAt(MACHINES[machine].settings, view.facts.positions);
+    const isReady = isDrawn && server.isOnline;
     for (const id of ["make-check", "make-save"]) find(id).disabled = !isReady;
   }
 }

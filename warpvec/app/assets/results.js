@@ -11,7 +11,9 @@ export class Results {
     const isShown = this.desk.sheet.shows(picture);
     if (kind === "status") this.setStatus(picture, facts.status);
     if (kind === "mode") {
-      Object.assign(picture, { mode: facts.mode, reason: facts.reason });
+      // A fit of a kind that was found before does not say why again.
+      const known = facts.mode === picture.mode ? picture.reason : null;
+      Object.assign(picture, { mode: facts.mode, reason: facts.reason ?? known });
       if (picture === this.desk.current) this.desk.panel.show(picture.positions, picture.mode, picture.reason);
     }
     if (kind === "frame") {

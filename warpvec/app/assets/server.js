@@ -155,9 +155,9 @@ export class Server {
     return this.ask("POST", `export?${new URLSearchParams(options)}`, text);
   }
 
-  /** Returns {size, warnings} of a drawing for machines that cut. */
-  async cutFacts(text) {
-    return (await this.ask("POST", "cut", text)).json();
+  /** Returns {size, warnings} of a drawing for a machine. */
+  async cutFacts(text, machine) {
+    return (await this.ask("POST", `cut?${new URLSearchParams({ machine })}`, text)).json();
   }
 
   previewUrl(id) {

@@ -252,17 +252,23 @@ const NEAR_COLOR = 24;
 /** Returns the function that finds the layer of `drawing` that a layer of `next` was: the one of the same name as read,
  * or as it is now, or else the one that had the nearest colour. */
 function counterpartLayers(drawing, next) {
-  const nameOf = ({ base }, layer) => base.layers.find((each) => each.layer === layer)?.name;
-  const colorOf = ({ base }, layer) => mainColor({ items: base.items.filter((origin) => origin.layer === layer) });
+  const [known, read] = [looksOf(drawing), looksOf(next)];
   const { layers } = drawing;
   return (layer) => {
-    const [name, color] = [nameOf(next, layer), colorOf(next, layer)];
-    const same = layers.find((old) => nameOf(drawing, old) === name) ?? layers.find((old) => old.name === layer.name);
+    const { name, color } = read.get(layer) ?? {};
+    const same = layers.find((old) => known.get(old)?.name === name) ?? layers.find((old) => old.name === layer.name);
     if (same || !color) return same;
-    const gaps = layers.map((old) => ({ old, own: colorOf(drawing, old) })).filter(({ own }) => own);
+    const gaps = layers.map((old) => ({ old, own: known.get(old)?.color })).filter(({ own }) => own);
     const [nearest] = gaps.map(({ old, own }) => ({ old, gap: gapBetween(color, own) })).sort((a, b) => a.gap - b.gap);
     return nearest?.gap <= NEAR_COLOR ? nearest.old : undefined;
   };
+}
+
+/** Returns name and main colour as read, by layer. It goes through the items once: there may be thousands, in each frame. */
+function looksOf({ base }) {
+  const items = new Map(base.layers.map(({ layer }) => [layer, []]));
+  for (const origin of base.items) items.get(origin.layer)?.push(origin);
+  return new Map(base.layers.map(({ layer, name }) => [layer, { name, color: mainColor({ items: items.get(layer) }) }]));
 }
 
 /** Puts the content of `next` into the app's drawing; hidden and locked layers, and the selection, are found again. */
