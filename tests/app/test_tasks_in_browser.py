@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
 from desk_browser import DeskPage, desk_fixture, desk_server_fixture  # noqa: F401  (fixtures)
+from desk_hands import press
 from logo import logo
 from PIL import Image
 
@@ -26,23 +27,6 @@ def choose(desk: DeskPage, source: Path, way: str) -> None:
         else:
             press(desk, "choose", "Enter")
     chooser.value.set_files(source)
-
-
-def focus(desk: DeskPage, name: str) -> None:
-    """Press Tab until a control, by its identifier, format or group of choices, has the focus."""
-    script = "() => { const { id, dataset, name } = document.activeElement; return id || dataset.format || name; }"
-    for _ in range(150):
-        if desk.page.evaluate(script) == name:
-            return
-        desk.page.keyboard.press("Tab")
-    raise AssertionError(f"{name} cannot be reached")
-
-
-def press(desk: DeskPage, name: str, *keys: str) -> None:
-    """Press keys in a control."""
-    focus(desk, name)
-    for key in keys:
-        desk.page.keyboard.press(key)
 
 
 def save(desk: DeskPage, way: str) -> Path:

@@ -50,7 +50,8 @@ class FoldGuard:
         as_written = crossings_of_rows(self._written(start), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
         self._is_guarded &= sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
-        self._is_on = bool(self._is_guarded.any()) or not bool(self._may_overshoot.all())
+        self._has_lines = not bool(self._may_overshoot.all())
+        self._is_on = bool(self._is_guarded.any()) or self._has_lines
         self._safe = variables.start
 
     def folds(self, x: Tensor) -> Tensor:
@@ -62,7 +63,7 @@ class FoldGuard:
             return torch.zeros_like(self._crossings, dtype=torch.bool)
         scene = self._written(self._variables.scene(x))
         folded = crossings_of_rows(scene, self._is_guarded) > self._crossings
-        return folded if self._may_overshoot.all() else folded | (overshoots(scene) & ~self._may_overshoot)
+        return folded | (overshoots(scene) & ~self._may_overshoot) if self._has_lines else folded
 
     def trust(self, x: Tensor) -> None:
         """Go back to the values ``x``, which fold nowhere, from now on."""
