@@ -1,4 +1,4 @@
-"""What stays in the next drawing: locked and hidden layers, what is locked as it is, and why it is of its kind."""
+"""The next drawing keeps locked and hidden layers, leaves locked paths, and says why it is of its kind."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page hands to machines that cut: a sheet for each colour, and what may go wrong."""
+"""Make sheets of a drawing of the page, one for each colour, and say what may go wrong on a machine."""
 
 from __future__ import annotations
 

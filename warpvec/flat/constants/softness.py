@@ -94,11 +94,11 @@ class SoftnessConstants:
     mask_detail: float = 0.5
     """Detail in pixels of the outline of what casts a shadow; its blur shows no more."""
 
-    # Outlines of a shadow (softness.shapes.py)
+    # Outlines of a shadow (softness/shapes.py)
 
     caster_inside: float = 0.95
-    """Share of the area of a path that must lie in what casts the shadow. As much of it lies on another path, or else
-    nothing: what only overlaps has no outline of its own."""
+    """Share of the area of a path that must lie in what casts the shadow. A path that lies on another by the same share
+    is left out. One that lies on it by less, but by more than the rest of the share, has no outline of its own."""
 
     caster_unlike: float = 0.04
     """Share of what casts the shadow by which the chosen paths may differ from it: its edges are only nearly known. A

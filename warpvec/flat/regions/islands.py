@@ -89,7 +89,7 @@ def parted_islands(grounds: Grounds, where: Mask, found: Assignment, tolerances:
 def regions_behind(islands: list[Island], label: Integers32, grounds: Integers32) -> list[Integers32]:
     """Return the region behind each pixel [n] of each of the ``islands``: that of the nearest pixel of a ground.
 
-    Behind an island in one ground, it is one of that ground, even where another one is nearer across an edge.
+    An island in one ground has regions of that ground behind it, also where another ground is nearer across an edge.
     """
     if not islands:
         return []

@@ -247,7 +247,7 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
 
 
 def _are_of_one_ink(marks: list[_Mark]) -> Mask:
-    """Return which marks [n, n] have one ground, and differ from it in one direction."""
+    """Return which pairs of marks [n, n] lie on the same ground and differ from it in the same direction."""
     ground = np.array([mark.ground for mark in marks])
     direction = np.array([mark.direction for mark in marks], np.float32)
     return np.asarray((ground[:, None] == ground) & (direction @ direction.T >= LETTERING.direction_min))

@@ -1,4 +1,4 @@
-"""Marks become regions: a word of them is one, and the grounds that its letters have parted are one again."""
+"""Make one region of the marks of a word, and join the parts into which letters divide their ground."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def write_mark(pixels: Places, beside: Integers32, covered: Floats32, region: in
 
 
 def join_grounds(found: Assignment, beside: list[Integers32], paints: Paints) -> None:
-    """Make one region of those of one flat paint that lie ``beside`` a mark: letters part a narrow halo."""
+    """Join the regions ``beside`` each mark that have the same flat paint: letters divide a narrow halo."""
     alike = paints.first_alike()
     pairs: list[Integers32] = []
     for regions in map(np.unique, beside):

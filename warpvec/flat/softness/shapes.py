@@ -1,6 +1,7 @@
-"""Bring the shapes of a drawing and the shadow below them together: what casts it, and through what it is seen.
+"""Bring the shapes of a drawing and the shadow below them together.
 
-A shadow gets the very outlines of the shapes that cast it, moved: a fit of a free outline absorbs what is unclear.
+The ground that a drawing painted above its shadow becomes a gap. The shadow gets the outlines of the shapes that cast
+it, moved: the fit of a free outline would take up what is unclear at their edges.
 
 With the exact coverage of the shapes, offset, blur and colour of the shadow follow from the picture by the fit of
 `warpvec.flat.softness.shadow_fitting`, and the shapes by another fit of the drawing above that shadow.
@@ -26,7 +27,7 @@ from warpvec.rendering.draw import draw_exactly
 
 
 def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
-    """Return which paths of ``shapes`` [N] (bool) are the ground that is seen through a shape: the shadow lies on it.
+    """Return which paths of ``shapes`` [N] (bool) show the ground, on which the shadow lies, through another shape.
 
     The drawing without the shadow may have painted a hole.
     """
