@@ -200,12 +200,17 @@ def _is_explained(along: Lines, across: Lines, sizes: tuple[int, int], kernel: s
 
     Edges of an icon may lie on a grid by chance, but a clean picture that was enlarged is explained exactly.
     """
-    rest = along.unexplained(sizes[0], kernel, True), across.unexplained(sizes[1], kernel, True)
     if along.is_clean and across.is_clean:
-        whole = max(along.unexplained(sizes[0], kernel), across.unexplained(sizes[1], kernel))
-        limit = CONDITION.clean_levels if kernel == NEAREST else CONDITION.clean_rest_max
-        return max(rest) <= limit and whole <= CONDITION.clean_whole_rest_max
+        return all(_is_exact(lines, size, kernel) for lines, size in zip((along, across), sizes, strict=True))
+    rest = along.unexplained(sizes[0], kernel, True), across.unexplained(sizes[1], kernel, True)
     return min(rest) <= CONDITION.rest_max  # what was cut off at black or white may be on one axis alone
+
+
+def _is_exact(lines: Lines, size: int, kernel: str) -> bool:
+    """Return whether an enlargement from ``size`` leaves no more of clean lines than rounding does."""
+    limit = CONDITION.clean_levels if kernel == NEAREST else CONDITION.clean_rest_max
+    whole = lines.unexplained(size, kernel)
+    return whole <= CONDITION.clean_whole_rest_max and lines.unexplained(size, kernel, True) <= limit
 
 
 def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
@@ -214,6 +219,8 @@ def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) 
     limit = CONDITION.nearest_dip_max if name == NEAREST else CONDITION.dip_max
     if name == NEAREST and along.length % size:
         return None  # squares of unequal sizes are as likely the edges of a drawing
+    if along.is_clean and across.is_clean and not _is_exact(along, size, name):
+        return None
     dips = [along.dip(size, name, CONDITION.dip_reach, True)]
     if dips[0] > CONDITION.axis_dip_max:
         return None

@@ -63,6 +63,11 @@ GAIN_MIN = 0.01
 GAIN_STEPS = 5
 """Number of these last steps."""
 
+EXPECTED_MIN = 0.2
+"""A rough fit, with a larger gain than ``GAIN_MIN`` asked for, ends once a step is expected to gain less than this share
+of that gain. On 23 icons of `bench/gate.py` it saves a tenth of the time, and all figures stay. A careful fit goes on,
+because some steps gain more than expected."""
+
 STEPS_MAX = 60
 """Most matrices that are made, each of which takes as long as some fifteen evaluations."""
 
@@ -104,6 +109,8 @@ class LevenbergMarquardt:
             system = self._system()
             while left > 0 and self._damping < DAMPING_MAX:
                 step, expected = self._allowed_step(system)
+                if gain_min > GAIN_MIN and expected < EXPECTED_MIN * gain_min * self._here.loss:
+                    return
                 tried = self._variables.evaluate(self._variables.limited(self._here.x + step))
                 left -= 1
                 yield tried

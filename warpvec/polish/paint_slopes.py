@@ -16,7 +16,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.kernels.constants import TILE
 from warpvec.polish.outline_slopes import TILE_PIXELS
-from warpvec.polish.stop_slopes import StopRow, inner_color_index, slopes_of, stop_rows
+from warpvec.polish.stop_slopes import StopSlopes, inner_color_index, slopes_of, stop_rows
 from warpvec.polish.stop_variables import stop_parts
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
 
@@ -24,6 +24,10 @@ Values = NDArray[np.float64]
 
 SHARE_MIN = 1e-3
 """A path that shows less of itself in a pixel counts as hidden there."""
+
+LATTICE, LATTICE_PIXELS_MIN = 5, 200
+"""Of so many pixels of a gradient or more, every fifth one stands for all. Gradients change slowly, and the matrix only
+steers steps."""
 
 
 class PaintSlopes:
@@ -100,11 +104,8 @@ class PaintSlopes:
         seen = np.flatnonzero(self._open > SHARE_MIN)
         rows, columns = [pixel[flat], seen], [3 * path[flat] + channel, np.full(len(seen), 4 * self._count + channel)]
         values = [share[flat], self._open[seen]]
-        for own in np.unique(path[~flat]):
-            chosen = path == own
-            rows_here, share_here = pixel[chosen], share[chosen]
-            found = self._columns(own, channel, share_here, self._ramp_of(own, *self._centers(self._pixels[rows_here])))
-            for index, value in found:
+        for own, rows_here, share_here, ramp in self._crossed_ramps:
+            for index, value in self._columns(own, channel, share_here, ramp):
                 kept = np.abs(value) > SHARE_MIN
                 rows.append(rows_here[kept])
                 columns.append(np.full(int(kept.sum()), index))
@@ -115,6 +116,17 @@ class PaintSlopes:
     @cached_property
     def _shares(self) -> _Shares:
         return _Shares(*(np.concatenate(arrays) for arrays in zip(*self._parts, strict=True)))
+
+    @cached_property
+    def _crossed_ramps(self) -> list[tuple[int, NDArray[np.int64], Values, _Ramp]]:
+        """Each path with a gradient: the crossed pixels that it shows in, its share there, and its ramp."""
+        pixel, path, share = self._shares
+        found = []
+        for own in np.unique(path[self._kind[path] != FLAT]).tolist():
+            chosen = path == own
+            centers = self._centers(self._pixels[pixel[chosen]])
+            found.append((own, pixel[chosen], share[chosen], self._ramp_of(own, *centers)))
+        return found
 
     def _add_background(self, part: HitSlopes, crossed: Values) -> None:
         """Add the squared share of the background in the pixels that no outline crosses."""
@@ -141,11 +153,13 @@ class PaintSlopes:
         if not len(row):
             return
         share = part.share[hits][shown].astype(np.float64)
-        ramp = self._ramp_of(path, *self._centers(TILE_PIXELS * part.tile[hits][row] + place))
+        x, y = self._centers(TILE_PIXELS * part.tile[hits][row] + place)
+        few, each = _lattice(x, y)
+        ramp = self._ramp_of(path, x[few], y[few])
         for channel in range(3):
-            found = self._columns(path, channel, share, ramp)
-            slopes = np.stack([value for _, value in found], 1)
-            self._blocks.append(([index for index, _ in found], slopes.T @ slopes))
+            found = self._columns(path, channel, share[few], ramp)
+            slopes = np.stack([value for _, value in found])
+            self._blocks.append(([index for index, _ in found], each * np.einsum("im,jm->ij", slopes, slopes)))
 
     def _centers(self, pixels: NDArray[np.int64]) -> tuple[Values, Values]:
         """Return the centres x and y of ``pixels``."""
@@ -153,27 +167,25 @@ class PaintSlopes:
         row, column = np.divmod(tile, -(-self._size[0] // TILE))
         return TILE * column + place // TILE + 0.5, TILE * row + place % TILE + 0.5
 
-    def _columns(self, path: int, channel: int, share: Values, ramp: _Ramp | None) -> list[tuple[int, Values]]:
-        """Return which values of the paint of ``path`` change a ``channel`` of some pixels, and how."""
+    def _columns(self, path: int, channel: int, share: Values, ramp: _Ramp) -> list[tuple[int, Values]]:
+        """Return which values of the gradient of ``path`` change a ``channel`` of some pixels, and how."""
         color = 3 * path + channel
-        if ramp is None:
-            return [(color, share)]
         first_end_color = 4 * self._count + 3
-        if self._stops is not None:
-            return self._stop_columns(path, channel, share, ramp, self._stops[path])
+        if ramp.stops is not None:
+            return self._stop_columns(path, channel, share, ramp, ramp.stops)
         change = share * (self._end_color - self._color)[path, channel]
         first_end = first_end_color + 3 * self._count + GEOMETRY_SIZE * path
         ends = [(first_end + k, change * slope) for k, slope in enumerate(ramp.slopes)]
         return [(color, share * (1.0 - ramp.place)), (first_end_color + color, share * ramp.place), *ends]
 
     def _stop_columns(
-        self, path: int, channel: int, share: Values, ramp: _Ramp, row: StopRow
+        self, path: int, channel: int, share: Values, ramp: _Ramp, slopes: StopSlopes
     ) -> list[tuple[int, Values]]:
         """Return the same of a gradient of several stops."""
-        count, slopes = self._count, slopes_of(row, ramp.place)
+        count = self._count
         end_colors = 4 * count + 3
         ends = end_colors + 3 * count
-        inner, last = ends + GEOMETRY_SIZE * count, row.size - 1
+        inner, last = ends + GEOMETRY_SIZE * count, len(slopes.weight) - 1
         offsets = inner + 3 * (STOPS_MAX - 2) * count
         places = [3 * path + channel, *(inner + inner_color_index(path, stop, channel) for stop in range(1, last))]
         places.append(end_colors + 3 * path + channel)
@@ -184,16 +196,22 @@ class PaintSlopes:
         numbers.append(offsets + 2 * STOPS_MAX * count + path)
         return found + [(index, change * slope) for index, slope in zip(numbers, ramp.slopes, strict=True)]
 
-    def _ramp_of(self, path: int, x: Values, y: Values) -> _Ramp | None:
-        """Return the ramp of ``path`` at some places, or None if the path is flat."""
-        if self._kind[path] == FLAT or self._ends is None:
-            return None
+    def _ramp_of(self, path: int, x: Values, y: Values) -> _Ramp:
+        """Return the ramp of ``path``, which has a gradient, at some places."""
+        assert self._ends is not None
         paint, place = kind_of(int(self._kind[path])), (self._ends[path], x, y)
         share, slopes = paint.share(*place), paint.slopes(*place)
         if self._stops is not None:
-            return _Ramp(share, slopes)
+            return _Ramp(share, slopes, slopes_of(self._stops[path], share))
         slopes[:, (share <= 0.0) | (share >= 1.0)] = 0.0
         return _Ramp(share.clip(0.0, 1.0), slopes)
+
+
+def _lattice(x: Values, y: Values) -> tuple[Mask, float]:
+    """Return which of the pixels at ``x`` and ``y`` [M] stand for all, and for how many each: of many, a fifth."""
+    few = (x + 2.0 * y - 1.5) % LATTICE == 0.0
+    is_enough = len(x) >= LATTICE_PIXELS_MIN and bool(few.any())
+    return (few, len(x) / few.sum()) if is_enough else (np.ones(len(x), np.bool_), 1.0)
 
 
 class _Shares(NamedTuple):
@@ -207,8 +225,9 @@ class _Shares(NamedTuple):
 class _Ramp(NamedTuple):
     """The share of a gradient at each place [M], from 0 to 1, and its derivative by each of the ends [4, M].
 
-    With `Stops` the share is not limited, and there are five ends.
+    With `Stops` the share is not limited, there are five ends, and ``stops`` are the derivatives by the stops.
     """
 
     place: Values
     slopes: Values
+    stops: StopSlopes | None = None

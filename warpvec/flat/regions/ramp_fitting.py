@@ -124,8 +124,9 @@ def ramp_along(direction: Direction, points: Floats, colors: Floats, tolerance: 
     price = REGIONS.stop_price * (tolerance / REGIONS.stop_deviation) ** 2
     for knots in stop_places(at, means, count):
         better = _moved_knots(knots, at, means, count)
-        tried.append((better, *_colors_at_knots(better, at, means, count)))
-        error = tried[-1][2]
+        values, found = _colors_at_knots(better, at, means, count)
+        error = float(found)
+        tried.append((better, values, error))
         if (error <= tolerance and scale * error**2 <= price) or _is_idle([each[2] for each in tried]):
             break
     errors = np.array([error for *_, error in tried])
@@ -153,33 +154,32 @@ def _within_range(knots: Floats, values: Floats, kind: int) -> tuple[Floats, Flo
 
 
 def stop_weights(knots: Floats, places: Floats) -> Floats:
-    """Return the share [N, M] of each stop at ``knots`` [M] in the colour at each of ``places`` [N]."""
-    part = np.clip((places[:, None] - knots[:-1]) / np.maximum(np.diff(knots), 1e-9), 0.0, 1.0)
-    ends = np.ones((len(places), 1))
-    return np.hstack([ends, part]) - np.hstack([part, 0.0 * ends])
+    """Return the share [..., N, M] of each stop at ``knots`` [..., M] in the colour at each of ``places`` [N]."""
+    gaps = np.maximum(np.diff(knots), 1e-9)[..., None, :]
+    part = np.clip((places[:, None] - knots[..., None, :-1]) / gaps, 0.0, 1.0)
+    ends = np.ones((*part.shape[:-1], 1))
+    return np.concatenate([ends, part], -1) - np.concatenate([part, 0.0 * ends], -1)
 
 
-def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, float]:
-    """Return the colours [M, 3] at ``knots`` [M] that fit the means best, and the error that remains."""
+def _colors_at_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> tuple[Floats, Floats]:
+    """Return the colours [..., M, 3] at ``knots`` [..., M] that fit the means best, and the errors that remain."""
     weights = stop_weights(knots, at)
     heavy = count[:, None] * weights
-    matrix = np.einsum("bi,bj->ij", heavy, weights)
-    matrix += 1e-9 * np.trace(matrix) * np.eye(len(knots))
-    values = np.linalg.solve(matrix, np.einsum("bi,bc->ic", heavy, means))
-    rest = means - np.einsum("bi,ic->bc", weights, values)
-    return values, float(np.sqrt((count[:, None] * rest**2).sum() / (count.sum() * means.shape[1])))
+    matrix = np.einsum("...bi,...bj->...ij", heavy, weights)
+    matrix += 1e-9 * np.trace(matrix, axis1=-2, axis2=-1)[..., None, None] * np.eye(knots.shape[-1])
+    values = np.linalg.solve(matrix, np.einsum("...bi,bc->...ic", heavy, means))
+    rest = means - np.einsum("...bi,...ic->...bc", weights, values)
+    return values, np.sqrt((count[:, None] * rest**2).sum((-2, -1)) / (count.sum() * means.shape[1]))
 
 
 def _moved_knots(knots: Floats, at: Floats, means: Floats, count: Floats) -> Floats:
     """Return ``knots`` with the inner ones moved to their best places."""
-
-    def error_of(inner: Floats) -> float:
-        return _colors_at_knots(np.sort(np.concatenate([knots[[0, -1]], inner])), at, means, count)[1]
-
-    inner = knots[1:-1]
+    inner, ends = knots[1:-1], np.broadcast_to(knots[[0, -1]], (3, 2))
     for step in np.ptp(knots) / REGIONS.ramp_bins * np.repeat(REGIONS.knot_steps, len(inner)):
-        choices = [np.append(inner[1:], place) for place in inner[0] + step * np.arange(-1, 2)]
-        inner = choices[int(np.argmin([error_of(choice) for choice in choices]))]
+        moved = np.broadcast_to(np.append(inner[1:], inner[0]), (3, len(inner))).copy()
+        moved[:, -1] += step * np.arange(-1, 2)
+        errors = _colors_at_knots(np.sort(np.concatenate([ends, moved], 1)), at, means, count)[1]
+        inner = moved[int(np.argmin(errors))]
     return np.unique(np.concatenate([knots[[0, -1]], np.clip(inner, knots[0], knots[-1])]))
 
 

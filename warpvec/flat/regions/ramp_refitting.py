@@ -121,8 +121,8 @@ def _with_level_ends(ramp: Ramp, points: Floats) -> Ramp:
 
 
 def _least_squares(rows: Floats, values: Floats) -> Floats:
-    """Solve ``rows`` [N, P] x = ``values`` [N] by sums of NumPy, which are the same for any number of threads."""
+    """Solve ``rows`` [N, P] x = ``values`` [N] by sums that are the same for any number of threads: no BLAS."""
     scale = np.maximum(np.sqrt((rows**2).sum(0)), 1e-9)
     rows = rows / scale
-    matrix = (rows[:, :, None] * rows[:, None, :]).sum(0) + REGIONS.refit_damping * np.eye(rows.shape[1])
+    matrix = np.einsum("np,nq->pq", rows, rows) + REGIONS.refit_damping * np.eye(rows.shape[1])
     return np.linalg.solve(matrix, (rows * values[:, None]).sum(0)) / scale
