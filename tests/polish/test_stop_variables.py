@@ -12,6 +12,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
+from warpvec.polish import paint_slopes
 from warpvec.polish.gauss_newton import gauss_newton
 from warpvec.polish.polish import polish
 from warpvec.polish.stop_variables import bounded_offset_step
@@ -79,6 +80,17 @@ def test_the_matrix_is_that_of_the_pixels(part: int) -> None:
     exact = 2.0 * float(((ends[0] - ends[1]) / 0.04).square().mean())
     values = move.double().numpy()
     assert float(values @ (matrix @ values)) == pytest.approx(exact, rel=0.03)
+
+
+def test_a_lattice_of_pixels_stands_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawing = _drawing(scene_of())
+    held, _ = drawing.held(drawing.evaluate(drawing.start))
+    move = _move(drawing, 8, 2).double().numpy()
+    found = []
+    for least in (10**9, 100):
+        monkeypatch.setattr(paint_slopes, "LATTICE_PIXELS_MIN", least)
+        found.append(float(move @ (gauss_newton(drawing, drawing.start, held & False) @ move)))
+    assert found[0] != found[1] == pytest.approx(found[0], rel=0.15)
 
 
 def test_ends_that_the_geometry_has_and_opaque_stops_stay() -> None:

@@ -64,9 +64,9 @@ GAIN_STEPS = 5
 """Number of these last steps."""
 
 EXPECTED_MIN = 0.2
-"""A rough fit, with a larger gain than ``GAIN_MIN`` asked for, ends once a step is expected to gain less than this share
-of that gain. On 23 icons of `bench/gate.py` it saves a tenth of the time, and all figures stay. A careful fit goes on,
-because some steps gain more than expected."""
+"""A rough fit, which is asked for a larger gain than ``GAIN_MIN``, ends once a step is expected to gain less than this
+share of that gain. On 23 icons of `bench/gate.py` it saves a tenth of the time, and all figures stay. A careful fit
+goes on, because some steps gain more than expected."""
 
 STEPS_MAX = 60
 """Most matrices that are made, each of which takes as long as some fifteen evaluations."""

@@ -25,9 +25,9 @@ Values = NDArray[np.float64]
 SHARE_MIN = 1e-3
 """A path that shows less of itself in a pixel counts as hidden there."""
 
-LATTICE, LATTICE_PIXELS_MIN = 5, 200
-"""Of so many pixels of a gradient or more, every fifth one stands for all. Gradients change slowly, and the matrix only
-steers steps."""
+LATTICE, LATTICE_PIXELS_MIN = 5, 1000
+"""Of a thousand pixels of a gradient or more, every fifth one stands for all. Gradients change slowly, and the matrix
+only steers steps."""
 
 
 class PaintSlopes:

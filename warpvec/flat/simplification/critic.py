@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Generic, TypeVar
 
 import torch
 from torch import Tensor
@@ -14,6 +17,8 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.flat.simplification.outline_samples import OutlineSamples, sample_outlines
 from warpvec.geometry.scene import Scene
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +45,7 @@ class Critic:
 
         That of a blurred picture is raised to what the same moves of outlines would cause in a sharp one.
         """
-        share = 1.0 if self.target.blur is None else self.target.blur.edge_share
-        error: Floats32 = (self.target.squared_error(scene) / share).numpy()
-        return error
+        return self._errors.of(scene)
 
     def removal_costs(self, scene: Scene) -> Floats:
         """Return the rise of the squared error, summed over pixels and channels, without each path [N]."""
@@ -52,8 +55,17 @@ class Critic:
 
     def samples(self, scene: Scene) -> OutlineSamples:
         """Return points along the outlines of ``scene``, with how well the picture shows them."""
+        return self._samples.of(scene)
+
+    @cached_property
+    def _errors(self) -> _Latest[Floats32]:
+        share = 1.0 if self.target.blur is None else self.target.blur.edge_share
+        return _Latest(lambda scene: (self.target.squared_error(scene) / share).numpy())
+
+    @cached_property
+    def _samples(self) -> _Latest[OutlineSamples]:
         height, width = self.image.shape[:2]
-        return sample_outlines(scene, height, width, self.config.threads)
+        return _Latest(lambda scene: sample_outlines(scene, height, width, self.config.threads))
 
     @staticmethod
     def allowed(worth: Floats, detail: float, noise: float) -> Floats:
@@ -73,3 +85,22 @@ class Critic:
         It is the inverse of `allowed`.
         """
         return math.sqrt(max(rise - noise, 0.0) / worth) if worth > 0.0 else 0.0 if rise <= noise else math.inf
+
+
+class _Latest(Generic[T]):
+    """What ``find`` says of a scene. The last answers are kept: a stage often begins with the scene of the one before.
+
+    Nobody may change a scene, or an answer.
+    """
+
+    def __init__(self, find: Callable[[Scene], T]) -> None:
+        self._find = find
+        self._known: deque[tuple[Scene, T]] = deque(maxlen=2)
+
+    def of(self, scene: Scene) -> T:
+        for known, found in self._known:
+            if known is scene:
+                return found
+        found = self._find(scene)
+        self._known.append((scene, found))
+        return found
