@@ -69,6 +69,18 @@ def _check_threshold(name: str, value: object) -> str:
     return str(check_count(name, level, 0, LEVEL_MAX))
 
 
+def _check_soft(name: str, value: object) -> str:
+    """Return "auto", or the text of a number of paths."""
+    if value == AUTO and isinstance(value, str):
+        return AUTO
+    try:
+        count = int(value) if isinstance(value, str) else value
+    except ValueError:
+        rule = f"must be auto or a whole number from 0 to {MAX_CURVES}"
+        raise InputError(name, rule, show(value), "give 0 for sharp paths only") from None
+    return str(check_count(name, count, 0, MAX_CURVES))
+
+
 def _check_line_width(name: str, value: object) -> str:
     """Return "auto", or the text of a width in pixels."""
     rule = f"must be auto or a width above 0 and at most {LINE_WIDTH_MAX:g} pixels"
@@ -106,6 +118,7 @@ _DETAIL = Positive(DETAIL_MAX, f"must be above 0 and at most {DETAIL_MAX:g} pixe
 _LINE_WIDTH = Custom(_check_line_width, parse_text, "X|auto", f"auto, above 0 to {LINE_WIDTH_MAX:g}", "float | str")
 _BLUR = Custom(_check_blur, parse_text, "X|auto", f"auto, 0 to {BLUR_MAX:g}", "float | str")
 _THRESHOLD = Custom(_check_threshold, parse_text, "auto|N", f"auto, 0 to {LEVEL_MAX}", "int | str")
+_SOFT = Custom(_check_soft, parse_text, "auto|N", f"auto, 0 to {MAX_CURVES}", "int | str")
 _CURVES = Custom(
     Whole(1, MAX_CURVES).check,
     or_auto(parse_whole, "must be a whole number or auto"),
@@ -261,6 +274,13 @@ class CoreSettings:
     """Paths with a linear gradient, those that gain most: their share if this is at most 1, else their number. "auto":
     the paths for which a gradient gains more than another path of as many bytes. None: what the mode does, none in
     photos (stored as 0), the gradients of the picture in flat art. 0 forbids gradients there too."""
+    soft: str = setting(
+        "auto", _SOFT, "Most paths with a blurred edge, for shadows and smooth shades: auto, N or 0.", RESULT,
+        modes=("photo", "flat", "mixed"),
+    )  # fmt: skip
+    """Most paths that are soft, as a whole number, or "auto". Photos: those that gain most, up to a twentieth of the
+    paths, if they gain more than sharp ones of as many bytes. Flat art: a shadow or glow that the picture has. "0"
+    makes none."""
     min_area: float = setting(
         0.0, Real(0.0, math.inf), "Leave out paths smaller than X square pixels.", RESULT, is_daily=True
     )
@@ -432,6 +452,11 @@ class CoreSettings:
         checked = {name: each.kind.check(name, getattr(self, name)) for name, each in SETTINGS.items()}
         for name, value in cross_rules.checked(checked, SETTINGS).items():
             object.__setattr__(self, name, value)
+
+    @property
+    def soft_max(self) -> int | None:
+        """Most paths that are soft; None if what they gain decides."""
+        return None if self.soft == AUTO else int(self.soft)
 
     @property
     def render_settings(self) -> dict[str, Any]:

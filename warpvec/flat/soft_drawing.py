@@ -92,7 +92,7 @@ class SoftDrawing:
     def _may_be_soft(self) -> bool:
         config = self.work.config
         is_free = config.opacity == "free" and config.gradients != 0.0 and not config.cutout
-        is_free = is_free and config.palette is None and not config.colors
+        is_free = is_free and config.palette is None and not config.colors and config.soft_max != 0
         return is_free and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
 
     @cached_property

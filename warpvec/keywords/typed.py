@@ -46,6 +46,8 @@ class Keywords(TypedDict, total=False):
     """Opacity of the paths: free, common (one for all) or opaque."""
     gradients: float | Literal["auto"] | None
     """Paths with a gradient: 40, a share (0.5), auto or 0."""
+    soft: int | str
+    """Most paths with a blurred edge, for shadows and smooth shades: auto, N or 0."""
     min_area: float
     """Leave out paths smaller than X square pixels."""
     lod: bool

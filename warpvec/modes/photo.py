@@ -14,11 +14,13 @@ from warpvec.fit.budget import Budget, Written
 from warpvec.fit.checkpoint import Checkpoint
 from warpvec.fit.loop import fit
 from warpvec.fit.state import Saving, digest
+from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.goals.goal import refuse_states
 from warpvec.goals.search import meet
 from warpvec.modes.path_count import PathCount
 from warpvec.modes.request import Request
+from warpvec.polish.finishing import finish, planned_iterations
 from warpvec.watch.watch import Part
 
 
@@ -54,10 +56,10 @@ class Photo:
         if self.resume is not None and self.resume.target_digest != digest(torch.from_numpy(picture.reduced)):
             rule = "must be the photo of the checkpoint, unchanged"
             raise InputError("image", rule, "another one", "give that photo, or start anew without the checkpoint")
-        start = None if self.start is None else self.start.scaled(*picture.reduction)
+        start = None if self.start is None else replace(self.start, softness=None).scaled(*picture.reduction)
         fits = PhotoFits(request, self.resume, self.saving)
         if not request.goal:
-            return fits.once(settings, start, request.watch.part())
+            return fits.finished(fits.once(settings, start, request.watch.part()))
         return meet(request.goal, PathCount(request, fits, start))
 
 
@@ -100,3 +102,16 @@ class PhotoFits:
             written=Written(encoding.grid_step, budget),
         )
         return Drawing.of(fitted.scene, encoding, fitted.device)
+
+    def finished(self, drawing: Drawing) -> Drawing:
+        """Return the ``drawing`` of a whole fit after `finish`, or itself if that does not apply or no time is left."""
+        encoding, watch = drawing.encoding, self.request.watch
+        settings = encoding.settings
+        count = planned_iterations(settings)
+        if not count or drawing.fitted.degree != 3 or watch.is_over():
+            return drawing
+        part = watch.part(planned=watch.iterations + count)
+        target = Target(torch.from_numpy(encoding.picture.reduced), settings, drawing.device)
+        soft_max, keeps_points = settings.soft_max, encoding.grid_step is not None
+        fitted = finish(drawing.fitted, target, settings, part, soft_max=soft_max, keeps_points=keeps_points)
+        return drawing.with_fitted(fitted.cpu())
