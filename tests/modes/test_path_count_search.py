@@ -58,6 +58,7 @@ class Fits:
         self.asked: list[FitConfig] = []
         self.budgets: list[float | None] = []
         self.starts: list[Scene | None] = []
+        self.finished_as: list[tuple[int, bool]] = []
         self.request: Request
 
     def encoding(self, settings: FitConfig) -> Encoding:
@@ -65,6 +66,10 @@ class Fits:
 
     def _drawing(self, scene: Scene, encoding: Encoding) -> Drawing:
         return Drawing.of(scene, encoding, "cpu")
+
+    def finished(self, drawing: Drawing, *, sharp: bool = False) -> Drawing:
+        self.finished_as.append((len(drawing.fitted), sharp))
+        return drawing
 
     def once(self, settings: FitConfig, start: Scene | None, part: Part, budget: Any = None) -> Drawing:
         self.asked.append(settings)
@@ -119,6 +124,13 @@ def test_the_file_states_the_settings_that_were_asked_for() -> None:
     stated = _metadata(_run(Fits(), make_goal(max_bytes=9_000), lr_scale=2.0).svg())
     assert (stated["iterations"], stated["lr_scale"]) == (40, 2.0)
     assert stated["curves"] < CONFIG.curves
+
+
+@pytest.mark.parametrize("soft", ["auto", "0"])
+def test_a_fit_to_a_size_is_finished_sharp_and_with_room_for_soft_paths(soft: str) -> None:
+    fits = QuickFits(lambda asked: 200)
+    _run(fits, make_goal(max_bytes=90_000), lod=False, soft=soft)
+    assert fits.finished_as == [(200, True), (194, False)][: 2 if soft == "auto" else 1]
 
 
 def test_a_probe_and_a_whole_fit_come_first_and_corrections_continue() -> None:

@@ -66,6 +66,10 @@ DOUBLING_SHARE = 0.2
 """Iterations of a fit that only tells whether twice the paths pay, as a share of those of a whole fit. All doublings
 together take 0.7 of a fit, the one that does not pay included, and the whole fit, which starts with few paths, 0.64."""
 
+SOFT_ROOM = 0.03
+"""Share of the paths of a file of a given size that go, those of lowest removal cost, to make room for what soft paths
+need: eight filters of 125 bytes, and 17 bytes for each path."""
+
 FIRST_SLOPE = 7.0
 """Decibels from the probe to a whole fit for each doubling of its paths, for the first guess of a fit whose number of
 paths follows its quality. Too few paths cost less than too many, as the fit adds them soon."""
@@ -76,6 +80,9 @@ class Fits(Protocol):
 
     def encoding(self, settings: FitConfig) -> Encoding:
         """Return the encoding of the file of a fit with ``settings``."""
+
+    def finished(self, drawing: Drawing, *, sharp: bool = False) -> Drawing:
+        """Return the ``drawing`` of a whole fit with the best values, and soft paths unless it must stay ``sharp``."""
 
     def once(self, settings: FitConfig, start: Scene | None, part: Part, budget: Budget | None = None) -> Drawing:
         """Fit once with ``settings``, and return the drawing."""
@@ -102,7 +109,7 @@ class PathCount:
     def attempts(self, trials: Sequence[Trial]) -> Iterator[Attempt]:
         """Make drawings until one meets the goal or no other would."""
         if self._start is None and can_follow_size(self._goal, self._config):
-            yield self._fit_to_size()
+            yield from self._fits_to_size()
             return
         if self._start is None:
             yield self._probe()
@@ -114,7 +121,10 @@ class PathCount:
             curves_max = next_count.worthwhile_count(trials)
         if self._start is None and not self._is_over():
             yield self._fit_whole(trials, curves_max)
-        yield from self._corrections(trials, curves_max)
+        if self._goal.bounds:
+            yield from self._corrections(trials, curves_max)
+        elif not self._is_over():
+            yield Attempt(self._fits.finished(self._drawings[-1]))
 
     def _corrections(self, trials: Sequence[Trial], curves_max: int) -> Iterator[Attempt]:
         outside_count = 0  # corrections that do not narrow a bracket
@@ -156,6 +166,23 @@ class PathCount:
 
     def _correct(self, count: int, start: Scene) -> Attempt:
         return self._try(count, SHORT_SHARE, CORRECTION_RATE, start)
+
+    def _fits_to_size(self) -> Iterator[Attempt]:
+        """Make the one fit for a largest size, and finish it twice: sharp, and with soft paths in place of others."""
+        yield self._fit_to_size()
+        fitted = self._drawings[-1]
+        if not self._is_over():
+            yield Attempt(self._fits.finished(fitted, sharp=True))
+        count = math.ceil(SOFT_ROOM * len(fitted.fitted))
+        if self._config.soft_max != 0 and count < len(fitted.fitted) and not self._is_over():
+            yield Attempt(self._within(self._fits.finished(fitted.without(count))))
+
+    def _within(self, drawing: Drawing) -> Drawing:
+        """Return ``drawing`` without the paths of lowest removal cost that its bytes are too many by."""
+        assert self._goal.limit is not None
+        size, most = text_bytes(drawing.text, gzip=self._goal.gzip), self._goal.limit[1]
+        count = math.ceil((size - most) / size * len(drawing.fitted)) + 1
+        return drawing if size <= most else drawing.without(min(count, len(drawing.fitted) - 1))
 
     def _fit_to_size(self) -> Attempt:
         """Make the one fit for a largest size: its number of paths follows the size while it runs."""

@@ -103,8 +103,11 @@ class PhotoFits:
         )
         return Drawing.of(fitted.scene, encoding, fitted.device)
 
-    def finished(self, drawing: Drawing) -> Drawing:
-        """Return the ``drawing`` of a whole fit after `finish`, or itself if that does not apply or no time is left."""
+    def finished(self, drawing: Drawing, *, sharp: bool = False) -> Drawing:
+        """Return the ``drawing`` of a whole fit after `finish`, or itself if that does not apply or no time is left.
+
+        If it must stay ``sharp``, no path becomes soft.
+        """
         encoding, watch = drawing.encoding, self.request.watch
         settings = encoding.settings
         count = planned_iterations(settings)
@@ -112,6 +115,6 @@ class PhotoFits:
             return drawing
         part = watch.part(planned=watch.iterations + count)
         target = Target(torch.from_numpy(encoding.picture.reduced), settings, drawing.device)
-        soft_max, keeps_points = settings.soft_max, encoding.grid_step is not None
+        soft_max, keeps_points = 0 if sharp else settings.soft_max, encoding.grid_step is not None
         fitted = finish(drawing.fitted, target, settings, part, soft_max=soft_max, keeps_points=keeps_points)
         return drawing.with_fitted(fitted.cpu())

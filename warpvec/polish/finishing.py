@@ -7,6 +7,7 @@ soft path shows what several sharp ones do. A path is soft if a little blur lowe
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,11 +20,10 @@ from warpvec.fit.target import Target
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.joints import with_lines
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.softness import Softness
+from warpvec.geometry.softness import SIGMA_MAX, Softness
 from warpvec.polish.descent import Descent
 from warpvec.polish.variables import Variables
 from warpvec.rendering.streams import on_warps_stream
-from warpvec.svg.quantize import rounded_softness
 from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Part
 
@@ -52,6 +52,10 @@ FIRST_SIGMA = 1.0
 GAIN_MIN = 0.012
 """Least share of the loss that soft paths must gain. They take 1.3 % of the bytes of a file, and a fit with as many
 bytes of other paths gains 0.8 %; the second turn gains 0.4 % without them."""
+
+SIGMA_STEP = 2.0**0.5
+"""Factor from one standard deviation of a drawing to the next. Each is a filter of 130 to 170 bytes in its file, so
+that near ones are not worth their bytes."""
 
 LAST_SHARE = 1.0 / 3.0
 """Iterations after the standard deviations were rounded, as a share of those of a turn."""
@@ -110,7 +114,7 @@ class _Finish:
         sigma[chosen] = FIRST_SIGMA
         soft = self._descended(self._with_softness(sharp.scene, Softness(sigma)), self._turn)
         assert soft.scene.softness is not None
-        rounded = self._with_softness(soft.scene, rounded_softness(soft.scene.softness))
+        rounded = self._with_softness(soft.scene, _few_sigmas(soft.scene.softness))
         soft = self._descended(rounded, round(LAST_SHARE * self._turn), keeps_softness=True)
         least = GAIN_MIN if soft_max is None else 0.0
         return soft.scene if soft.loss < (1.0 - least) * sharp.loss else sharp.scene
@@ -164,6 +168,13 @@ class _Finish:
         self._iteration += 1
         count, seconds, shown = planned_iterations(self._config), self._part.seconds(), lambda: variables.scene(x)
         self._part.report(Progress(self._iteration, count, self._path_count, seconds, torch.tensor(loss), shown))
+
+
+def _few_sigmas(softness: Softness) -> Softness:
+    """Return ``softness`` with standard deviations of a series of short numbers: 1, 1.4, 2, 2.8 and so on."""
+    steps = (softness.sigma.double().clamp_min(1e-6).log() / math.log(SIGMA_STEP)).round()
+    series = ((10.0 * SIGMA_STEP**steps).round() / 10.0).clamp(0.1, SIGMA_MAX)
+    return Softness(torch.where(softness.is_soft, series.to(softness.sigma.dtype), 0.0))
 
 
 def _groups(area: Tensor) -> list[Tensor]:

@@ -90,7 +90,7 @@ def quantize(scene: Scene, precision: int) -> Scene:
         opacity=rounded(scene.opacity.clamp(0, 1), 10**OPACITY_DECIMALS),
         background=rounded(scene.background.clamp(0, 1), COLOR_LEVELS),
         strokes=_rounded_strokes(scene.strokes, precision),
-        softness=rounded_softness(scene.softness),
+        softness=_rounded_softness(scene.softness),
     ).with_forms(_rounded_forms(scene.forms, precision))
     shown = _with_needed_gradients(quantized)
     is_visible = shown.opacity > 0
@@ -229,7 +229,7 @@ def _rounded_strokes(strokes: Strokes | None, precision: int) -> Strokes | None:
     return replace(strokes, width=width, miter_limit=torch.where(strokes.join == MITER, limit, MITER_LIMIT))
 
 
-def rounded_softness(softness: Softness | None) -> Softness | None:
+def _rounded_softness(softness: Softness | None) -> Softness | None:
     """Return ``softness`` with at most ``SIGMAS_MAX`` standard deviations; None if all paths are sharp."""
     if softness is None:
         return None
