@@ -124,7 +124,7 @@ class PathCount:
         if self._goal.bounds:
             yield from self._corrections(trials, curves_max)
         elif not self._is_over():
-            yield Attempt(self._fits.finished(self._drawings[-1]))
+            yield from self._finished(self._drawings[-1])
 
     def _corrections(self, trials: Sequence[Trial], curves_max: int) -> Iterator[Attempt]:
         outside_count = 0  # corrections that do not narrow a bracket
@@ -172,10 +172,16 @@ class PathCount:
         yield self._fit_to_size()
         fitted = self._drawings[-1]
         if not self._is_over():
-            yield Attempt(self._fits.finished(fitted, sharp=True))
+            yield from self._finished(fitted, sharp=True)
         count = math.ceil(SOFT_ROOM * len(fitted.fitted))
         if self._config.soft_max != 0 and count < len(fitted.fitted) and not self._is_over():
-            yield Attempt(self._within(self._fits.finished(fitted.without(count))))
+            yield from self._finished(fitted.without(count))
+
+    def _finished(self, drawing: Drawing, *, sharp: bool = False) -> Iterator[Attempt]:
+        """Yield the finished ``drawing`` of a whole fit, within the size of the goal, if that is another one."""
+        found = self._fits.finished(drawing, sharp=sharp)
+        if found is not drawing:
+            yield Attempt(found if self._goal.limit is None else self._within(found))
 
     def _within(self, drawing: Drawing) -> Drawing:
         """Return ``drawing`` without the paths of lowest removal cost that its bytes are too many by."""

@@ -7,23 +7,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import torch
-from scipy import sparse
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
-from warpvec.geometry.form_slopes import form_derivative
 from warpvec.geometry.forms.form import ANGLE, CORNER, FIRST, SECOND
-from warpvec.geometry.joint_slopes import curve_derivative
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import SIGMA_MAX
 from warpvec.polish.stop_variables import bound_stops, bounded_offset_step, free_stops, stop_parts
+
+if TYPE_CHECKING:  # photos need no matrix, and loading scipy takes a tenth of a second
+    from scipy import sparse
 
 OPAQUE = 1.0 - 1e-3
 """A path of at least this opacity is opaque and stays so, unless all values are free."""
@@ -168,6 +168,8 @@ class Variables:
 
     def point_derivative(self, x: Tensor, held: Tensor) -> sparse.csr_matrix:
         """Return the derivative of the curves by the points [8 R, 6 R]; see `curve_derivative`."""
+        from warpvec.geometry.joint_slopes import curve_derivative
+
         return curve_derivative(self.joints, self._of(x)[:3], held)
 
     def form_derivative(self, x: Tensor) -> sparse.csr_matrix | None:
@@ -175,6 +177,8 @@ class Variables:
         forms = self._scene.forms
         if forms is None:
             return None
+        from warpvec.geometry.form_slopes import form_derivative
+
         return form_derivative(replace(forms, parameters=self._of(x)[-1]), self._scene.structure)
 
     def with_bounded_forms(self, step: Tensor, most: float) -> Tensor:
