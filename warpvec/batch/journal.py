@@ -67,7 +67,7 @@ class Record:
     settings: dict[str, Any]
 
 
-_TYPES = {
+_TYPES: dict[str, set[type]] = {
     "input": {str}, "output": {str}, "mode": {str, NoneType}, "curves": {int, NoneType}, "bytes": {int, NoneType},
     "psnr": {float, int, NoneType}, "ssim": {float, int, NoneType}, "seconds": {float, int, NoneType},
     "error": {str, NoneType}, "attempts": {int}, "key": {str, NoneType}, "settings": {dict},
