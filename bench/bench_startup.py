@@ -2,13 +2,15 @@
 
 It times `warpvec --help`, and a short `warpvec run` from the start of the process to its first iteration and to its
 end, with cached kernels and with an empty kernel cache. The run uses every kernel of a fit: it adds and recycles
-paths. "import torch" is timed too, as a lower limit for any program that uses torch. Last, the time of the imports of
-flat art is shared out among the packages that they load.
+paths. "import torch" is timed too, as a lower limit for any program that uses torch, and a whole run of the image with
+default settings on one thread, whose CPU time is stated as a multiple of it. Last, the time of the imports of flat art
+is shared out among the packages that they load. Children keep the bytecode of modules, as installed packages do.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -26,6 +28,7 @@ _SHORT = ("--curves", 32, "--iterations", 40, "--inflation-gap", 1, "--recycle-g
 _HELP, _IMPORT = "warpvec --help", "import torch"
 _FIRST, _END = "cached run, to its first iteration", "cached run, to its end"
 _SHARE_MIN = 0.01  # of packages that are printed
+_WHOLE = "default run, one thread, to its end"
 _COLD = "empty kernel cache, to its end"
 
 
@@ -51,13 +54,26 @@ def time_run(image: Path, environment: Mapping[str, str] | None = None) -> tuple
     return Span(seen["first_iteration"] - start, seen["first_cpu"]), Span(run.wall, run.cpu)
 
 
+def time_whole(image: Path) -> Span:
+    """Time `warpvec run` with default settings on one thread."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = run_child(["-m", "warpvec", "run", image, Path(folder, "out.svg"), "--threads", 1, "-q"])
+    return Span(run.wall, run.cpu)
+
+
 def import_shares(module: str = "warpvec.modes.flat") -> dict[str, float]:
     """Return the seconds that each package takes to load for ``module``, the slowest first.
 
     Python's own clock of imports makes them slower, but hardly changes their shares.
     """
     found: dict[str, float] = defaultdict(float)
-    command = [sys.executable, "-X", "importtime", "-c", f"import {module}"]
+    command = [
+        sys.executable,
+        "-X",
+        "importtime",
+        "-c",
+        f"import warpvec.cli.postponed as p; p.postpone(); import {module}",
+    ]
     run = subprocess.run(command, cwd=CHECKOUT, capture_output=True, text=True, check=True)
     for line in run.stderr.splitlines():
         own, _, name = line.removeprefix("import time:").partition("|")
@@ -76,6 +92,7 @@ def measure(image: Path, repeat: int, cold: bool) -> dict[str, Statistics]:
         first, whole = time_run(image)
         spans[_FIRST].append(first)
         spans[_END].append(whole)
+        spans[_WHOLE].append(time_whole(image))
     if cold:
         with tempfile.TemporaryDirectory() as folder:
             spans[_COLD].append(time_run(image, {"WARP_CACHE_PATH": folder})[1])
@@ -92,10 +109,13 @@ def _cells(row: Statistics) -> list[str]:
 @click.option("--cold/--no-cold", default=True, show_default=True, help="Also time a run with an empty kernel cache.")
 def main(image: Path, repeat: int, cold: bool) -> None:
     """Measure what `warpvec run IMAGE` costs around its fit."""
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     facts = machine_facts()
     found = measure(image, repeat, cold)
     rows = [[name, *_cells(row)] for name, row in found.items()]
     click.echo(markdown_table(["seconds", "median", "min", "spread", "CPU"], rows) + "\n")
+    times = found[_WHOLE].cpu_median / found[_IMPORT].cpu_median
+    click.echo(f"a default run takes {times:.2f} times the CPU seconds of {_IMPORT}")
     if cold:
         click.echo(f"a first run takes {found[_COLD].minimum - found[_END].minimum:.1f} s longer")
     shares = import_shares()

@@ -111,8 +111,15 @@ def test_names_that_are_no_text_are_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "line", ["{}", "[1]", "nonsense", '{"input": "a", "output": "b", "settings": {}, "more": 1}', 10_000 * "["]
-)
+    "line",
+    [
+        "{}", "[1]", "nonsense", '{"input": "a", "output": "b", "settings": {}, "more": 1}', 10_000 * "[",
+        '{"input": "a", "output": [], "settings": {}}', '{"input": 1, "output": "b", "settings": {}}',
+        '{"input": "a", "output": "b", "settings": {}, "curves": true}',
+        '{"input": "a", "output": "b", "settings": {}, "psnr": 1e999}',
+        '{"input": "a", "output": "b", "settings": {"x": NaN}}',
+    ],
+)  # fmt: skip
 def test_records_of_another_version_are_refused(tmp_path: Path, line: str) -> None:
     (tmp_path / JSON_NAME).write_text(line + "\n")
     with pytest.raises(InputError, match=f"{JSON_NAME}, got another in line 1"):

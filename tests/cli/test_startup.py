@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import torch
 from commands import QUICK, write_photo
+from PIL import Image
 
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.scene import Scene
@@ -51,6 +52,25 @@ def test_a_command_on_a_photo_loads_no_scipy_and_leaves_the_modules_out_of_searc
     assert int(frozen) > 100_000
     assert has_scipy == "False"
     assert has_searched == "True"  # again, once the modules are loaded
+
+
+POSTPONED = """
+import atexit, sys
+from warpvec.cli.postponed import POSTPONED
+atexit.register(lambda: print([name for name in POSTPONED if type(sys.modules.get(name)) is type(sys)]))
+from warpvec.__main__ import main
+sys.argv = {arguments!r}
+main()
+"""
+
+
+@pytest.mark.slow
+def test_a_command_on_a_drawing_leaves_parts_of_torch_unloaded(tmp_path: Path) -> None:
+    drawing = Image.new("RGB", (48, 32), "white")
+    drawing.paste((200, 20, 20), (8, 8, 30, 20))
+    drawing.save(tmp_path / "in.png")
+    arguments = ["warpvec", "run", str(tmp_path / "in.png"), str(tmp_path / "out.svg"), "-q", "--mode", "flat"]
+    assert _last_line(POSTPONED.format(arguments=arguments)) == "[]"
 
 
 def _last_line(code: str) -> str:

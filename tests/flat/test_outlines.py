@@ -9,12 +9,13 @@ from flat_regions import box, disc, regions_of, split_regions
 
 from warpvec.flat.curves.contours import signed_area
 from warpvec.flat.layers.outlines import outlines
-from warpvec.flat.layers.stacking import stack
+from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.regions import Regions
 from warpvec.flat.scene_building import scene_of
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
+from warpvec.watch.watch import Watch
 
 RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
 
@@ -37,6 +38,17 @@ def test_shape_is_filled_beneath_what_lies_on_it() -> None:
     lower, upper = areas(regions)
     assert np.abs(lower) == pytest.approx([4900.0], rel=1e-3)
     assert np.abs(upper) == pytest.approx([np.pi * 144], rel=5e-3)
+
+
+def test_once_the_time_is_up_all_parts_are_outlined_as_far_as_they_show() -> None:
+    regions = regions_of([(box(10, 70, 18, 86), RED), (box(10, 10, 80, 60), RED), (disc(40, 40, 12), BLUE)])
+    layer = StackedLayer(((1,), (2,)), frozenset({3}))
+    hidden, shown = (
+        [signed_area(loop.points) for loop in outlines(regions, layer, Watch(time_budget=budget))]
+        for budget in (None, 0.0)
+    )
+    assert np.abs(hidden) == pytest.approx([128.0, 3500.0], rel=5e-3)
+    assert sorted(np.abs(shown)) == pytest.approx([128.0, np.pi * 144, 3500.0], rel=1e-2)
 
 
 def test_hole_stays_open_through_all_layers() -> None:

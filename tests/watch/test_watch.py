@@ -159,3 +159,11 @@ def test_a_resumed_part_goes_on_with_its_seconds_iterations_and_history(clock: l
     part.resume(7.0, 25, [entry])
     assert (part.seconds(), watch.seconds_left(), watch.iterations) == (7.0, 3.0, 25)
     assert watch.facts().history == [entry]
+
+
+def test_a_watch_ahead_is_over_while_a_share_of_the_time_is_left() -> None:
+    watch = Watch(time_budget=10.0)
+    watch.resume(7.5)
+    assert watch.ahead(0.3).is_over() and not watch.ahead(0.2).is_over() and not watch.is_over()
+    endless = Watch()
+    assert endless.ahead(0.3) is endless

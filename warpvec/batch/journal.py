@@ -16,6 +16,7 @@ import json
 import re
 import time
 from dataclasses import asdict, dataclass, fields
+from types import NoneType
 from typing import Any
 
 from warpvec.batch.folders import Folder
@@ -65,6 +66,13 @@ class Record:
     key: str | None = None
     settings: dict[str, Any]
 
+
+_TYPES: dict[str, set[type]] = {
+    "input": {str}, "output": {str}, "mode": {str, NoneType}, "curves": {int, NoneType}, "bytes": {int, NoneType},
+    "psnr": {float, int, NoneType}, "ssim": {float, int, NoneType}, "seconds": {float, int, NoneType},
+    "error": {str, NoneType}, "attempts": {int}, "key": {str, NoneType}, "settings": {dict},
+}  # fmt: skip
+"""The types that the fields of a record may have in JSON."""
 
 _COLUMNS = tuple(field.name for field in fields(Record) if field.name != "settings")
 
@@ -124,7 +132,12 @@ def _parse(line: str, number: int) -> Record:
     try:
         if "\ufffd" in line:  # `_json_line` writes ASCII only
             raise ValueError("bytes that are no text")
-        return Record(**json.loads(line))
+        record = Record(**json.loads(line))
+        wrong = next((name for name, types in _TYPES.items() if type(getattr(record, name)) not in types), None)
+        if wrong is not None:
+            raise TypeError(f"{wrong} of a wrong type")
+        _json_line(record)  # numbers that are not finite, and objects too deep, cannot be written again
+        return record
     except (TypeError, ValueError, RecursionError) as error:
         value = f"another in line {number} ({error})"
         remedy = "move the file away, or choose another folder"

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import dctn
 
 from warpvec.arrays import Floats
 from warpvec.condition.constants import CONDITION
@@ -65,6 +64,8 @@ def _quality_of(levels: Floats) -> int | None:
     blocks = _telling_blocks(levels)
     if (np.diff(blocks, axis=2) == 0.0).sum() > CONDITION.jpeg_equal_max * 56 * len(blocks):
         return None  # a block that JPEG has changed has ringing, not areas of one level
+    from scipy.fft import dctn  # a tenth of a second, which clean pictures need not
+
     transform = np.abs(dctn(blocks, axes=(1, 2), norm="ortho"))
     order = np.add.outer(range(8), range(8))
     rows, columns = np.nonzero((order > 0) & (order <= CONDITION.jpeg_frequency_max))

@@ -160,7 +160,7 @@ class FlatDrawing:
         return replace(scene, background=background.clone(), transparent=False)
 
     def _polished(self, scene: Scene, iterations: int) -> Scene:
-        if not len(scene):
+        if not len(scene) or self.watch.is_over():
             return scene
         is_small = len(scene) <= PATHS_EXACT_MAX and scene.segments.numel() <= SIMPLIFICATION.values_exact_max
         if scene.segments.numel() > DRAWING.many_values:

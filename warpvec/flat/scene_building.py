@@ -29,8 +29,10 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
     Args:
         regions: regions of a picture.
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
-        watch: the watch over the run. When it is over, the layers so far must do, the lowest first.
+        watch: the watch over the run. When it is over, or little time is left, the layers so far must do, the lowest
+            first, and outlines are fitted less well.
     """
+    watch = watch.ahead(DRAWING.share_after_tracing)
     if watch.is_over():
         regions = with_fewer_regions(regions, DRAWING.layers_min + 1)  # and the canvas
     layers: list[StackedLayer] = []
@@ -38,7 +40,7 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
     for layer in stack(regions, watch):
         if watch.is_over() and len(layers) >= DRAWING.layers_min:
             break
-        found = outlines(regions, layer)
+        found = outlines(regions, layer, watch)
         if found:
             layers.append(layer)
             loops.append(found)

@@ -29,6 +29,7 @@ from warpvec.fit.population import Population
 from warpvec.fit.state import State
 from warpvec.fit.state_form import check_fields, integer
 from warpvec.fit.target import opaque_colors
+from warpvec.generators import generator_of
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.paper.replacement_schedule import replacement_due
@@ -80,7 +81,7 @@ class Replacement:
     def __init__(self, image: Tensor, config: FitConfig, first_generation: int = 0) -> None:
         self._colors, self._config = opaque_colors(image), config
         self._height, self._width = image.shape[:2]
-        self._generator = torch.Generator().manual_seed(config.seed)
+        self._generator = generator_of(config.seed)
         self._missing = 0
         self._generation = first_generation
 

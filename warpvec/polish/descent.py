@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import torch
 from torch import Tensor
 
+from warpvec.generators import generator_of
 from warpvec.polish.variables import Evaluation, Variables
 
 MOMENTUM_SHARE = 0.6
@@ -78,7 +79,7 @@ class Descent:
 
     def __init__(self, variables: Variables, x: Tensor, seed: int, scale: float) -> None:
         self._variables, self._x, self._scale = variables, x, scale
-        self._generator = torch.Generator().manual_seed(seed)
+        self._generator = generator_of(seed)
         self._strength: Tensor | None = None
         self._move, self._pace = torch.zeros_like(x), torch.ones_like(x)
 

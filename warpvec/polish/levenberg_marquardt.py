@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 from torch import Tensor
 
+from warpvec.generators import generator_of
 from warpvec.polish.gauss_newton import gauss_newton
 from warpvec.polish.variables import Evaluation, Variables
 
@@ -191,7 +192,7 @@ class LevenbergMarquardt:
         strength = np.zeros(len(x))
         estimated = self._variables.estimated_values
         if bool(self._variables.is_free[estimated].any()):
-            found = self._variables.strength(x, PROBES, torch.Generator().manual_seed(seed))
+            found = self._variables.strength(x, PROBES, generator_of(seed))
             strength[estimated.cpu().numpy()] = found[estimated].double().cpu().numpy()
         return strength
 

@@ -94,6 +94,14 @@ class Watch:
         """Return whether this share of the time budget is left. There is always time without a budget."""
         return self._time_budget is None or self.seconds_left() >= share * self._time_budget
 
+    def ahead(self, share: float) -> Watch:
+        """Return a watch whose time is up when this share of the time budget is left for what comes later."""
+        if self._time_budget is None:
+            return self
+        earlier = Watch(time_budget=(1.0 - share) * self._time_budget, listener=self.listener)
+        earlier._start = self._start
+        return earlier
+
     def seconds(self) -> float:
         """Return the seconds since the run began."""
         return time.perf_counter() - self._start

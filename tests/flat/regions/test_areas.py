@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from flat_pictures import assignment_of, flat_paints, opaque, pure
+from scipy import ndimage
 
+from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.hairlines import keep_hairlines
 from warpvec.flat.regions.label_areas import areas_of, most_contact
@@ -79,3 +81,10 @@ def test_colours_that_are_alike_become_that_of_the_largest_area() -> None:
     assert pool_paints(paints, area, tolerances).tolist() == [1, 1, 1, 1]
     far = flat_paints(*(tuple((grey + offset).tolist()) for offset in (0.0, 1.5 * level, -1.5 * level, 3.0 * level)))
     assert pool_paints(far, np.array([1000, 900, REGIONS.small_area - 1, 800]), tolerances).tolist() == [0, 1, 0, 3]
+
+
+def test_holes_are_filled_as_scipy_does() -> None:
+    chance = np.random.default_rng(3)
+    for share in np.linspace(0.3, 0.9, 60):
+        mask = chance.random(chance.integers(1, 14, 2)) < share
+        np.testing.assert_array_equal(with_filled_holes(mask), ndimage.binary_fill_holes(mask))

@@ -10,8 +10,9 @@ import torch
 
 from warpvec.arrays import Floats32
 from warpvec.config.fit_config import FitConfig
+from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.drawing import FlatDrawing
-from warpvec.flat.strokes import recognition
+from warpvec.flat.strokes import candidates, recognition
 from warpvec.flat.strokes.line_fitting import Rows
 from warpvec.flat.strokes.stroke import Stroke
 from warpvec.geometry.forms.registry import CIRCLE, ROUND_RECT
@@ -46,6 +47,13 @@ def lines_of(scene: Scene) -> int:
     """Return the number of lines of all strokes."""
     assert scene.strokes is not None and scene.strokes.is_stroked.all()
     return scene.structure.loop_count
+
+
+def test_a_path_of_very_many_segments_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = drawn(stroke("M20 30H110", 9), replace(CONFIG, strokes="off"))
+    assert len(candidates.stroke_candidates(scene)) == 1
+    monkeypatch.setattr(candidates, "STROKES", replace(STROKES, segments_max=len(scene.segments) - 1))
+    assert not candidates.stroke_candidates(scene)
 
 
 def test_a_hook_is_one_line_with_its_width_and_ends() -> None:

@@ -45,7 +45,9 @@ export class Meeting {
     if (!facts.folder) return;
     await this.desk.attempt(async () => {
       const names = await this.desk.server.folder();
-      find("folder").replaceChildren(new Option("Open from the folder …", ""), ...names.map((name) => new Option(name)));
+      // Without a value of its own, an option has its text, in which line breaks are spaces.
+      const options = names.map((name) => new Option(name, name));
+      find("folder").replaceChildren(new Option("Open from the folder …", ""), ...options);
     });
   }
 

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from warpvec.fit.state_form import Form, array, require
+from warpvec.generators import generator_of
 
 _WORDS = 624
 """Number of words that a Mersenne Twister computes at once, to hand them out later."""
@@ -27,7 +28,7 @@ def generator_state(seed: int) -> Form:
     """
 
     def check(name: str, value: Any) -> None:
-        fresh = torch.Generator().manual_seed(seed).get_state()
+        fresh = generator_of(seed).get_state()
         array(torch.uint8, tuple(fresh.shape), 0, 255)(name, value)
         problem = "is not the state of the random generator of this fit"
         start, head = _head(fresh), _head(value)

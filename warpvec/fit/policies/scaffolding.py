@@ -19,6 +19,7 @@ from warpvec.fit.population import Population
 from warpvec.fit.state import State
 from warpvec.fit.state_form import Form, check_fields, integer, require
 from warpvec.fit.target import blank_error, opaque_colors
+from warpvec.generators import generator_of
 from warpvec.geometry.scene import Scene
 
 # Opacity of a new path: enough for a useful gradient at once, and too little to hide the paths below.
@@ -38,7 +39,7 @@ class Scaffolding:
         self._image, self._config, self._first_generation = image, config, first_generation
         self._colors = opaque_colors(image)
         self._height, self._width = image.shape[:2]
-        self._generator = torch.Generator().manual_seed(config.seed)
+        self._generator = generator_of(config.seed)
         self._generation = 0
         self._added = 0  # paths that the next recycling adds beyond those that it removes, if it is positive
 

@@ -48,6 +48,9 @@ class DrawingConstants:
     layers_min: int = 16
     """Layers that are drawn even if the time is over: with none, nothing would be seen."""
 
+    share_after_tracing: float = 0.4
+    """Share of a time budget that is left for what follows the outlines: drawing, cutting and writing them."""
+
     layers_at_once: int = 32
     """Layers whose outlines are fitted together. The memory of a thousand together is 300 MB."""
 

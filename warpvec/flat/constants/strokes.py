@@ -11,6 +11,10 @@ class StrokeConstants:
 
     # Widths (strokes/inner_disks.py)
 
+    segments_max: int = 1500
+    """Most segments of a path that is looked at. Shapes of icons have up to some hundred; the centre lines of a spiral
+    with thousands take minutes."""
+
     points_min: int = 8
     """Fewest such points of a part that is looked at."""
 

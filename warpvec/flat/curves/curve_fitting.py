@@ -33,7 +33,11 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watc
     nodes = find_nodes(samples)
     allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * roughness(samples), CURVES.noise_tolerance_max))
     spans = span_costs(samples, nodes, allowed, watch)
-    cycles = [first + np.array(cheapest_cycle(spans.cost[first:stop])) for first, stop in pairwise(nodes.first)]
+    loops_of_nodes = list(pairwise(nodes.first))
+    if watch.is_over() and np.isinf(spans.cost[:, 1:]).all():  # no piece is longer than from a node to the next
+        cycles = [np.arange(first, stop) for first, stop in loops_of_nodes]
+    else:
+        cycles = [first + np.array(cheapest_cycle(spans.cost[first:stop])) for first, stop in loops_of_nodes]
     pieces = _pieces(nodes.first, cycles, spans.is_line)
     segments = rough_pieces(nodes, pieces) if watch.is_over() else join_pieces(samples, nodes, pieces, allowed)
     stops = np.cumsum([len(cycle) for cycle in cycles])[:-1]

@@ -36,7 +36,7 @@ class Places(NamedTuple):
 def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats, watch: Watch = UNWATCHED) -> SpanCosts:
     """Return the costs of pieces that stay within ``tolerance`` pixels [L] of each outline.
 
-    Once the ``watch`` is over, no longer pieces are tried.
+    Once the ``watch`` is over, no longer pieces are tried; at first only those from each node to the next.
     """
     loop = np.repeat(np.arange(len(nodes.first) - 1), np.diff(nodes.first))
     count = np.diff(nodes.first)[loop]
@@ -44,7 +44,8 @@ def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats, watch: Watch =
     spans = SpanCosts(np.full((len(loop), longest), np.inf), np.zeros((len(loop), longest), bool))
     active, is_likely = np.arange(len(loop)), _likely_ends(nodes)
     for length in range(1, longest + 1, CURVES.spans_at_once):
-        lengths = np.arange(length, min(length + CURVES.spans_at_once, longest + 1))
+        count_at_once = 1 if watch.is_over() else CURVES.spans_at_once
+        lengths = np.arange(length, min(length + count_at_once, longest + 1))
         start, steps = (grid.ravel() for grid in np.meshgrid(active, lengths, indexing="ij"))
         end = nodes.first[loop[start]] + (start - nodes.first[loop[start]] + steps) % count[start]
         is_tried = (steps < count[start]) & ((steps <= CURVES.short_span) | (is_likely[start] & is_likely[end]))

@@ -21,6 +21,10 @@ class CurvePart(NamedTuple):
     is_line: bool
 
 
+_Ends = tuple[int, int]
+"""The first and the last half-edge of a piece."""
+
+
 class CutEdges:
     """The edges of ``mapped`` between faces of different ``owners`` [F], joined to pieces of ``cubics`` [R, 4, 2].
 
@@ -43,21 +47,23 @@ class CutEdges:
         self._twin = np.arange(len(mapped.tail)) ^ 1
         self._is_cut = self._owner != self._owner[self._twin]
         self._is_break = self._breaks()
-        self._pieces: dict[tuple[int, int], CurvePart] = {}
+        self._pieces: dict[_Ends, CurvePart] = {}
+        self._points: set[_Ends] = set()  # pieces without length
 
     def loops(self, owner: int) -> list[list[CurvePart]]:
         """Return the closed loops of pieces around all parts of ``owner``."""
         waiting = dict.fromkeys(np.flatnonzero(self._is_cut & (self._owner == owner)).tolist())
-        loops = []
+        loops: list[list[_Ends]] = []
         while waiting:
             loop = [next(iter(waiting))]
             while (following := self._next(loop[-1])) != loop[0]:
                 loop.append(following)
             for half_edge in loop:
                 del waiting[half_edge]
-            joined = [piece for piece in self._joined(loop) if np.ptp(piece.cubic, axis=0).any()]
-            loops += [joined] if len(joined) > 1 else []
-        return loops
+            loops.append(self._joined(loop))
+        self._make([ends for loop in loops for ends in loop])
+        made = ([self._pieces[ends] for ends in loop if ends not in self._points] for loop in loops)
+        return [pieces for pieces in made if len(pieces) > 1]
 
     def _next(self, half_edge: int) -> int:
         """Return the half-edge after ``half_edge`` on the outline of its owner."""
@@ -66,32 +72,41 @@ class CutEdges:
             found = int(self._mapped.following[found ^ 1])
         return found
 
-    def _joined(self, loop: list[int]) -> list[CurvePart]:
-        """Return the pieces of a closed ``loop`` of half-edges."""
-        tail = self._mapped.tail
-        breaks = [k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]]
-        return [self._piece(loop[k], loop[stop - 1]) for k, stop in zip(breaks, breaks[1:] + breaks[:1], strict=True)]
+    def _joined(self, loop: list[int]) -> list[_Ends]:
+        """Return the first and the last half-edge of each piece of a closed ``loop`` of half-edges."""
+        breaks = np.flatnonzero(self._is_break[self._mapped.tail[loop]]).tolist()
+        return [(loop[k], loop[stop - 1]) for k, stop in zip(breaks, breaks[1:] + breaks[:1], strict=True)]
 
-    def _piece(self, first: int, last: int) -> CurvePart:
-        """Return the piece from the tail of the half-edge ``first`` to the head of ``last``."""
-        if (first, last) not in self._pieces:
-            piece = self._made(first, last)
-            self._pieces[first, last] = piece
-            # The other side runs back along the same points.
-            self._pieces[last ^ 1, first ^ 1] = CurvePart(piece.cubic[::-1], piece.is_line)
-        return self._pieces[first, last]
+    def _make(self, pieces: list[_Ends]) -> None:
+        """Make those of ``pieces``, from the tail of the first to the head of the last, that the other side lacks."""
+        missing: dict[_Ends, None] = {}
+        for first, last in pieces:
+            if (first, last) not in self._pieces and (last ^ 1, first ^ 1) not in missing:
+                missing[first, last] = None
+        if not missing:
+            return
+        cubics, is_line = self._made(np.array(list(missing)))
+        is_point = (cubics == cubics[:, :1]).all((1, 2))
+        for ends, cubic, line, point in zip(missing, cubics, is_line.tolist(), is_point.tolist(), strict=True):
+            other = (ends[1] ^ 1, ends[0] ^ 1)  # the other side runs back along the same points
+            self._pieces[ends], self._pieces[other] = CurvePart(cubic, line), CurvePart(cubic[::-1], line)
+            if point:
+                self._points |= {ends, other}
 
-    def _made(self, first: int, last: int) -> CurvePart:
-        mapped = self._mapped
-        curve = int(mapped.curve[first // 2])
-        t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
+    def _made(self, ends: Integers) -> tuple[Floats, Mask]:
+        """Return the control points [P, 4, 2] of pieces with these first and last half-edges [P, 2], and the lines."""
+        mapped, (first, last) = self._mapped, ends.T
+        curve = mapped.curve[first // 2]
         start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / CUTTING.units) for each in (first, last ^ 1))
-        if self._is_line[curve]:
-            return CurvePart(start + np.linspace(0, 1, 4)[:, None] * (end - start), True)
-        cubic = _between(self._cubics[curve], float(t_first), float(t_last))
+        made = start[:, None] + np.linspace(0, 1, 4)[:, None] * (end - start)[:, None]
+        bends = np.flatnonzero(~self._is_line[curve])
+        t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
+        cubic = _between(self._cubics[curve[bends]], t_first[bends], t_last[bends])
         # The ends lie on the grid, where all pieces meet.
-        handles = self._rounded(cubic[1:3] + np.stack([start - cubic[0], end - cubic[3]]))
-        return CurvePart(np.stack([start, *handles, end]), False)
+        made[bends, 1] = self._rounded(cubic[:, 1] + (start[bends] - cubic[:, 0]))
+        made[bends, 2] = self._rounded(cubic[:, 2] + (end[bends] - cubic[:, 3]))
+        made[bends, 3] = end[bends]
+        return made, self._is_line[curve]
 
     def _rounded(self, points: Floats) -> Floats:
         return points if self._tick is None else np.rint(points / self._tick) * self._tick
@@ -108,13 +123,13 @@ class CutEdges:
         return is_break
 
 
-def _between(cubic: Floats, first: float, last: float) -> Floats:
-    """Return the control points [4, 2] of the part of ``cubic`` from the parameter ``first`` to ``last``."""
+def _between(cubics: Floats, first: Floats, last: Floats) -> Floats:
+    """Return the control points [P, 4, 2] of the parts of ``cubics`` from parameters ``first`` to ``last`` [P]."""
 
-    def blossom(*parameters: float) -> Floats:
-        points = cubic
+    def blossom(*parameters: Floats) -> Floats:
+        points = cubics
         for u in parameters:
-            points = points[:-1] + u * (points[1:] - points[:-1])
-        return points[0]
+            points = points[:, :-1] + u[:, None, None] * (points[:, 1:] - points[:, :-1])
+        return points[:, 0]
 
-    return np.stack([blossom(*[first] * (3 - k), *[last] * k) for k in range(4)])
+    return np.stack([blossom(*[first] * (3 - k), *[last] * k) for k in range(4)], 1)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Mask
+from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.regions.regions import Regions
 
@@ -114,7 +115,7 @@ def _hidden(visible: Mask, above: Mask, from_out: Floats, depth: float) -> Mask:
 
 def _holes(mask: Mask, out: Mask) -> Mask:
     """Return what ``mask`` surrounds, except for holes with anything ``out``."""
-    holes = ndimage.binary_fill_holes(mask) & ~mask
+    holes = with_filled_holes(mask) & ~mask
     return holes & ~_connected(holes, out)
 
 

@@ -7,15 +7,19 @@ from scipy import ndimage
 
 from warpvec.arrays import Integers32, Mask
 from warpvec.flat.constants.layers import LAYERS
+from warpvec.watch.watch import UNWATCHED, Watch
 
 
-def line_regions(label: Integers32, count: int) -> Mask:
+def line_regions(label: Integers32, count: int, watch: Watch = UNWATCHED) -> Mask:
     """Return which of ``count`` regions of the map ``label`` [h, w] are bands of one width, long for that width [K].
 
     The ridge of the distance from the edge runs along the middle of a band. There, the distance is half the width.
+    Once the ``watch`` is over, the regions that are left are no lines.
     """
     is_line = np.zeros(count, bool)
     for region, box in enumerate(ndimage.find_objects(label + 1, count)):
+        if watch.is_over():
+            break
         if box is not None:
             is_line[region] = _is_line(np.pad(label[box] == region, 1))
     return is_line

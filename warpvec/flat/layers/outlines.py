@@ -17,6 +17,7 @@ from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.stacking import StackedLayer
 from warpvec.flat.regions.regions import Regions
+from warpvec.watch.watch import UNWATCHED, Watch
 
 
 class Outline(NamedTuple):
@@ -31,9 +32,18 @@ class Outline(NamedTuple):
     is_fine: bool
 
 
-def outlines(regions: Regions, layer: StackedLayer) -> list[Outline]:
-    """Return the outlines of ``layer``."""
-    return [loop for part in layer.parts for loop in _outlines_of_part(regions, part, layer.above)]
+def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED) -> list[Outline]:
+    """Return the outlines of ``layer``.
+
+    Once the ``watch`` is over, the parts that are left are outlined together, and end where others lie above them.
+    """
+    found: list[Outline] = []
+    for index, part in enumerate(layer.parts):
+        if watch.is_over():
+            rest = [region for each in layer.parts[index:] for region in each]
+            return found + _outlines_of_part(regions, rest, ())
+        found += _outlines_of_part(regions, part, layer.above)
+    return found
 
 
 def _outlines_of_part(regions: Regions, members: Collection[int], above: Collection[int]) -> list[Outline]:

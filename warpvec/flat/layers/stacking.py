@@ -9,6 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Integers, Integers32, Mask
+from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.layers.junctions import border_shares, evidence_above, find_junctions
 from warpvec.flat.layers.line_regions import line_regions
@@ -48,7 +49,7 @@ def stack(regions: Regions, watch: Watch = UNWATCHED) -> list[StackedLayer]:
     Shapes of one paint that stand alone are one layer with several parts: designers draw lettering so.
     """
     shown = np.nonzero(~is_outside(regions))[0]
-    area, surrounds = filled_areas(regions.label, len(regions))
+    area, surrounds = filled_areas(regions.label, len(regions), watch)
     junctions = find_junctions(regions, shown, watch)
     above = evidence_above(junctions, len(regions))
     shares = border_shares(regions.label, len(regions))
@@ -58,7 +59,7 @@ def stack(regions: Regions, watch: Watch = UNWATCHED) -> list[StackedLayer]:
     above += LAYERS.surrounding_evidence * (surrounds.T.astype(float) - surrounds)
     above = above + _evidence_of_translucence(regions, shares)
     order = best_order(above, sorted(shown.tolist(), key=lambda index: (-area[index], index)))
-    seen = list(_seen_through(regions, surrounds, order))
+    seen = list(_seen_through(regions, surrounds, order, watch))
     for _, region in seen:
         around = surrounds[:, region]
         above[region, around] = above[around, region] = 0.0
@@ -79,12 +80,12 @@ def _evidence_of_translucence(regions: Regions, shares: Floats) -> Floats:
     return np.where(hides[:, None] & shines & meet, LAYERS.translucence_evidence, 0.0)
 
 
-def _seen_through(regions: Regions, surrounds: Mask, order: list[int]) -> Iterator[tuple[int, int]]:
+def _seen_through(regions: Regions, surrounds: Mask, order: list[int], watch: Watch) -> Iterator[tuple[int, int]]:
     """Yield pairs of regions of one paint, of which the second is seen through a hole in what lies on the first.
 
     A line is drawn on top: nobody draws a hole that looks like one.
     """
-    is_line = line_regions(regions.label, len(regions))
+    is_line = line_regions(regions.label, len(regions), watch)
     ordered = np.array(order, np.int64)
     for low, first in enumerate(order):
         later = ordered[low + 1 :]
@@ -176,17 +177,21 @@ def best_order(above: Floats, start: Sequence[int]) -> list[int]:
     return [int(entry) for entry in order]
 
 
-def filled_areas(label: Integers32, count: int) -> tuple[Integers, Mask]:
+def filled_areas(label: Integers32, count: int, watch: Watch = UNWATCHED) -> tuple[Integers, Mask]:
     """Return the area in pixels of each of ``count`` regions with what it surrounds [K], and what that is [K, K].
 
-    A region is surrounded if most of its pixels are.
+    A region is surrounded if most of its pixels are. Once the ``watch`` is over, the regions that are left, the
+    smallest ones, surround nothing.
     """
-    area, surrounds = np.zeros(count, np.int64), np.zeros((count, count), bool)
+    surrounds = np.zeros((count, count), bool)
     pixels = np.bincount(label.ravel(), minlength=count)
-    for region, box in enumerate(ndimage.find_objects(label + 1, count)):
-        if box is not None:
-            filled = ndimage.binary_fill_holes(label[box] == region)
-            area[region] = filled.sum()
-            surrounds[region] = 2 * np.bincount(label[box][filled], minlength=count) > pixels
+    area, boxes = pixels.copy(), ndimage.find_objects(label + 1, count)
+    for region in np.argsort(-pixels).tolist():
+        box = boxes[region]
+        if watch.is_over() or box is None:
+            break
+        filled = with_filled_holes(label[box] == region)
+        area[region] = filled.sum()
+        surrounds[region] = 2 * np.bincount(label[box][filled], minlength=count) > pixels
     np.fill_diagonal(surrounds, False)
     return area, surrounds

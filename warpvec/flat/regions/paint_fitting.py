@@ -110,13 +110,26 @@ def fit_areas(
 
     Once the ``watch`` is over, the areas that are left get flat paints, the smallest ones.
     """
-    values = [np.median(colors[_few(pixels)], 0) for pixels in areas]
+    few = [_few(pixels) for pixels in areas]
+    is_even = _are_even(few, colors)  # most of the thousands of areas of a pattern, without a median of each
+    values = [colors[own[0]] if even else np.median(colors[own], 0) for own, even in zip(few, is_even, strict=True)]
     ramps = _find_ramps(areas, colors, values, width, tolerances, watch)
     errors = [
-        _error_of(colors[_few(pixels)], value, ramps.get(index))
-        for index, (pixels, value) in enumerate(zip(areas, values, strict=True))
+        0.0 if is_even[index] and index not in ramps else _error_of(colors[own], values[index], ramps.get(index))
+        for index, own in enumerate(few)
     ]
     return FittedPaints(values, ramps, errors)
+
+
+def _are_even(areas: list[Places], colors: Floats32) -> list[bool]:
+    """Return which ``areas`` have pixels of one colour only."""
+    if not areas:
+        return []
+    sizes = np.array([len(pixels) for pixels in areas])
+    first = colors[[pixels[0] for pixels in areas]]
+    is_alike = (colors[np.concatenate(areas)] == np.repeat(first, sizes, 0)).all(1)
+    even: list[bool] = np.logical_and.reduceat(is_alike, np.cumsum(sizes) - sizes).tolist()
+    return even
 
 
 def _error_of(colors: Floats32, value: Floats32, ramp: Ramp | None) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy import ndimage
-from scipy.optimize import least_squares
 
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
@@ -69,6 +68,8 @@ def _fit(
         is_seen: where nothing covers the shadow [h, w].
         begin: an offset and a standard deviation that are nearly right; None to look for these.
     """
+    from scipy.optimize import least_squares  # pictures without a shadow need not load it
+
     seen = change[is_seen]
     energy = float((seen * seen).sum())
     if energy <= 0.0 or not mask.any():

@@ -21,11 +21,16 @@ from warpvec.geometry.strokes import BUTT, ROUND
 
 
 def stroke_candidates(scene: Scene) -> dict[int, Stroke]:
-    """Return the paths of a scene of filled cubics that may be strokes, by their generation."""
+    """Return the paths of a scene of filled cubics that may be strokes, by their generation.
+
+    Paths of very many segments are left out.
+    """
     found = {}
+    counts = torch.bincount(scene.structure.segment_path, minlength=len(scene)).tolist()
     for path in range(len(scene)):
         is_flat = scene.gradients is None or int(scene.gradients.kind[path]) == FLAT
-        stroke = _candidate(scene.select(torch.tensor([path]))) if is_flat else None
+        is_tried = is_flat and counts[path] <= STROKES.segments_max
+        stroke = _candidate(scene.select(torch.tensor([path]))) if is_tried else None
         if stroke is not None:
             found[int(scene.generation[path])] = stroke
     return found
