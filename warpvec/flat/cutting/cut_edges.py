@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting.fewest_parts import CurvePart, fewest_parts
 from warpvec.flat.cutting.planar_map import PlanarMap
 
 _SAME_T = 1e-7
 """Two parameters of a curve that differ by less are the same place."""
 
 
-class CurvePart(NamedTuple):
-    """A part of a curve: its control points [4, 2] in pixels, and whether it is a line."""
-
-    cubic: Floats
-    is_line: bool
-
-
 class CutEdges:
-    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to pieces of ``cubics`` [R, 4, 2].
+    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to parts of ``cubics`` [R, 4, 2].
 
     Points are rounded to multiples of ``tick``, across and down.
     """
@@ -42,22 +37,28 @@ class CutEdges:
         self._owner = owners[mapped.face]
         self._twin = np.arange(len(mapped.tail)) ^ 1
         self._is_cut = self._owner != self._owner[self._twin]
-        self._is_break = self._breaks()
-        self._pieces: dict[tuple[int, int], CurvePart] = {}
+        self._is_junction, self._is_break = self._breaks()
+        self._chains = self._made_chains()
 
     def loops(self, owner: int) -> list[list[CurvePart]]:
-        """Return the closed loops of pieces around all parts of ``owner``."""
-        waiting = dict.fromkeys(np.flatnonzero(self._is_cut & (self._owner == owner)).tolist())
+        """Return the closed loops of parts around all parts of ``owner``."""
         loops = []
+        for loop in self._loops(np.flatnonzero(self._is_cut & (self._owner == owner))):
+            parts = [part for chain in self._split(loop) for part in self._chains[chain[0], chain[-1]]]
+            joined = [part for part in parts if np.ptp(part.cubic, axis=0).any()]
+            loops += [joined] if len(joined) > 1 else []
+        return loops
+
+    def _loops(self, half_edges: Integers) -> Iterator[list[int]]:
+        """Yield the closed loops of ``half_edges``."""
+        waiting = dict.fromkeys(half_edges.tolist())
         while waiting:
             loop = [next(iter(waiting))]
             while (following := self._next(loop[-1])) != loop[0]:
                 loop.append(following)
             for half_edge in loop:
                 del waiting[half_edge]
-            joined = [piece for piece in self._joined(loop) if np.ptp(piece.cubic, axis=0).any()]
-            loops += [joined] if len(joined) > 1 else []
-        return loops
+            yield loop
 
     def _next(self, half_edge: int) -> int:
         """Return the half-edge after ``half_edge`` on the outline of its owner."""
@@ -66,49 +67,85 @@ class CutEdges:
             found = int(self._mapped.following[found ^ 1])
         return found
 
-    def _joined(self, loop: list[int]) -> list[CurvePart]:
-        """Return the pieces of a closed ``loop`` of half-edges."""
-        tail = self._mapped.tail
-        breaks = [k for k, half_edge in enumerate(loop) if self._is_break[tail[half_edge]]]
-        return [self._piece(loop[k], loop[stop - 1]) for k, stop in zip(breaks, breaks[1:] + breaks[:1], strict=True)]
-
-    def _piece(self, first: int, last: int) -> CurvePart:
-        """Return the piece from the tail of the half-edge ``first`` to the head of ``last``."""
-        if (first, last) not in self._pieces:
-            piece = self._made(first, last)
-            self._pieces[first, last] = piece
+    def _made_chains(self) -> dict[tuple[int, int], list[CurvePart]]:
+        """Return the parts of each chain, by its first and its last half-edge, each made once for both sides."""
+        found: dict[tuple[int, int], list[CurvePart]] = {}
+        for loop in self._loops(np.flatnonzero(self._is_cut)):
+            for chain in self._split(loop):
+                if (chain[-1] ^ 1, chain[0] ^ 1) not in found:
+                    found[chain[0], chain[-1]] = self._parts(chain)
+        fewer = fewest_parts(list(found.values()))
+        chains = {}
+        for (first, last), parts in zip(found, fewer, strict=True):
+            parts = [self._on_ticks(part) for part in parts]
+            chains[first, last] = parts
             # The other side runs back along the same points.
-            self._pieces[last ^ 1, first ^ 1] = CurvePart(piece.cubic[::-1], piece.is_line)
-        return self._pieces[first, last]
+            chains[last ^ 1, first ^ 1] = [part._replace(cubic=part.cubic[::-1]) for part in parts[::-1]]
+        return chains
+
+    def _split(self, loop: list[int]) -> list[list[int]]:
+        """Return the chains of a closed ``loop`` of half-edges, from junction to junction."""
+        tail = self._mapped.tail
+        starts = [k for k, half_edge in enumerate(loop) if self._is_junction[tail[half_edge]]]
+        if not starts:
+            starts = [min(np.flatnonzero(self._is_break[tail[loop]]).tolist(), key=lambda k: self._bend(loop, k))]
+        turned = loop[starts[0] :] + loop[: starts[0]]
+        places = [start - starts[0] for start in starts]
+        return [turned[start:stop] for start, stop in pairwise([*places, len(loop)])]
+
+    def _bend(self, loop: list[int], place: int) -> tuple[float, int]:
+        """Return the cosine of the turn at a node of ``loop``, and its vertex: both sides rank nodes alike."""
+        tail, vertex = self._mapped.tail, self._mapped.vertex
+        before, here, after = (vertex[tail[loop[(place + k) % len(loop)]]] for k in (-1, 0, 1))
+        come, go = (here - before).astype(np.float64), (after - here).astype(np.float64)
+        return float(come @ go / np.sqrt((come @ come) * (go @ go))), int(tail[loop[place]])
+
+    def _parts(self, chain: list[int]) -> list[CurvePart]:
+        """Return the parts of curves along a ``chain`` of half-edges."""
+        tail = self._mapped.tail
+        starts = [0, *(k for k, each in enumerate(chain) if k and self._is_break[tail[each]])]
+        return [self._made(chain[start], chain[stop - 1]) for start, stop in pairwise([*starts, len(chain)])]
 
     def _made(self, first: int, last: int) -> CurvePart:
         mapped = self._mapped
         curve = int(mapped.curve[first // 2])
         t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
-        start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / CUTTING.units) for each in (first, last ^ 1))
+        start, end = (mapped.vertex[mapped.tail[each]] / CUTTING.units for each in (first, last ^ 1))
         if self._is_line[curve]:
-            return CurvePart(start + np.linspace(0, 1, 4)[:, None] * (end - start), True)
-        cubic = _between(self._cubics[curve], float(t_first), float(t_last))
+            return CurvePart(line_cubic(start, end), True)
+        cubic = between(self._cubics[curve], float(t_first), float(t_last))
         # The ends lie on the grid, where all pieces meet.
-        handles = self._rounded(cubic[1:3] + np.stack([start - cubic[0], end - cubic[3]]))
+        handles = cubic[1:3] + np.stack([start - cubic[0], end - cubic[3]])
         return CurvePart(np.stack([start, *handles, end]), False)
 
-    def _rounded(self, points: Floats) -> Floats:
-        return points if self._tick is None else np.rint(points / self._tick) * self._tick
+    def _on_ticks(self, part: CurvePart) -> CurvePart:
+        if self._tick is None:
+            return part
+        cubic = np.rint(part.cubic / self._tick) * self._tick
+        return CurvePart(line_cubic(cubic[0], cubic[3]) if part.is_line else cubic, part.is_line)
 
-    def _breaks(self) -> Mask:
-        """Return the vertices [V] where a piece ends: junctions, and where one curve follows another."""
+    def _breaks(self) -> tuple[Mask, Mask]:
+        """Return the vertices [V] where more than two outlines meet or one ends, and all where a part of a curve ends.
+
+        The latter are also those where one curve follows another.
+        """
         mapped = self._mapped
         cut = np.flatnonzero(self._is_cut)
         cut = cut[np.argsort(mapped.tail[cut], kind="stable")]
         tail, curve, t = mapped.tail[cut], mapped.curve[cut // 2], mapped.t[cut // 2, cut % 2]
-        is_break = np.bincount(tail, minlength=len(mapped.vertex)) != 2
+        is_junction = np.bincount(tail, minlength=len(mapped.vertex)) != 2
+        is_break = is_junction.copy()
         differs = (curve[1:] != curve[:-1]) | (np.abs(np.diff(t)) > _SAME_T)
         is_break[tail[1:][differs & (tail[1:] == tail[:-1])]] = True
-        return is_break
+        return is_junction, is_break
 
 
-def _between(cubic: Floats, first: float, last: float) -> Floats:
+def line_cubic(start: Floats, end: Floats) -> Floats:
+    """Return the control points [4, 2] of a line."""
+    return start + np.linspace(0, 1, 4)[:, None] * (end - start)
+
+
+def between(cubic: Floats, first: float, last: float) -> Floats:
     """Return the control points [4, 2] of the part of ``cubic`` from the parameter ``first`` to ``last``."""
 
     def blossom(*parameters: float) -> Floats:

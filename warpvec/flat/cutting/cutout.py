@@ -15,7 +15,8 @@ from torch import Tensor
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
-from warpvec.flat.cutting.cut_edges import CurvePart, CutEdges
+from warpvec.flat.cutting.cut_edges import CutEdges
+from warpvec.flat.cutting.fewest_parts import CurvePart
 from warpvec.flat.cutting.noding import Chords, chords_of, noded
 from warpvec.flat.cutting.planar_map import PlanarMap, planar_map
 from warpvec.flat.cutting.slivers import without_slivers
