@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +16,21 @@ from warpvec.flat.cutting.planar_map import PlanarMap
 
 _SAME_T = 1e-7
 """Two parameters of a curve that differ by less are the same place."""
+
+
+class Chain(NamedTuple):
+    """An edge between two parts of a drawing.
+
+    Attributes:
+        parts: consecutive parts of curves.
+        start, end: vertices of the map at its ends.
+        is_closed: whether it is a loop without a junction.
+    """
+
+    parts: list[CurvePart]
+    start: int
+    end: int
+    is_closed: bool
 
 
 class CutEdges:
@@ -44,10 +61,17 @@ class CutEdges:
         """Return the closed loops of parts around all parts of ``owner``."""
         loops = []
         for loop in self._loops(np.flatnonzero(self._is_cut & (self._owner == owner))):
-            parts = [part for chain in self._split(loop) for part in self._chains[chain[0], chain[-1]]]
+            parts = [part for chain in self._split(loop) for part in self._sides[chain[0], chain[-1]]]
             joined = [part for part in parts if np.ptp(part.cubic, axis=0).any()]
             loops += [joined] if len(joined) > 1 else []
         return loops
+
+    def chains(self) -> Iterator[Chain]:
+        """Yield each edge once, from junction to junction, with all parts of curves that it follows."""
+        tail = self._mapped.tail
+        for (first, last), parts in self._chains.items():
+            start, end = int(tail[first]), int(tail[last ^ 1])
+            yield Chain(parts, start, end, start == end and not self._is_junction[start])
 
     def _loops(self, half_edges: Integers) -> Iterator[list[int]]:
         """Yield the closed loops of ``half_edges``."""
@@ -67,21 +91,25 @@ class CutEdges:
             found = int(self._mapped.following[found ^ 1])
         return found
 
+    @cached_property
+    def _sides(self) -> dict[tuple[int, int], list[CurvePart]]:
+        """The few parts of each chain, and back along it, by its first and its last half-edge."""
+        sides = {}
+        fewer = fewest_parts(list(self._chains.values()))
+        for (first, last), parts in zip(self._chains, fewer, strict=True):
+            parts = [self._on_ticks(part) for part in parts]
+            sides[first, last] = parts
+            sides[last ^ 1, first ^ 1] = [part.reversed() for part in parts[::-1]]
+        return sides
+
     def _made_chains(self) -> dict[tuple[int, int], list[CurvePart]]:
-        """Return the parts of each chain, by its first and its last half-edge, each made once for both sides."""
+        """Return the parts of each chain, once for both sides, by its first and its last half-edge."""
         found: dict[tuple[int, int], list[CurvePart]] = {}
         for loop in self._loops(np.flatnonzero(self._is_cut)):
             for chain in self._split(loop):
                 if (chain[-1] ^ 1, chain[0] ^ 1) not in found:
                     found[chain[0], chain[-1]] = self._parts(chain)
-        fewer = fewest_parts(list(found.values()))
-        chains = {}
-        for (first, last), parts in zip(found, fewer, strict=True):
-            parts = [self._on_ticks(part) for part in parts]
-            chains[first, last] = parts
-            # The other side runs back along the same points.
-            chains[last ^ 1, first ^ 1] = [part._replace(cubic=part.cubic[::-1]) for part in parts[::-1]]
-        return chains
+        return found
 
     def _split(self, loop: list[int]) -> list[list[int]]:
         """Return the chains of a closed ``loop`` of half-edges, from junction to junction."""

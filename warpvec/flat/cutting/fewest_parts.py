@@ -24,6 +24,10 @@ class CurvePart(NamedTuple):
     cubic: Floats
     is_line: bool
 
+    def reversed(self) -> CurvePart:
+        """Return it from its end to its start."""
+        return CurvePart(self.cubic[::-1], self.is_line)
+
 
 def fewest_parts(chains: list[list[CurvePart]]) -> list[list[CurvePart]]:
     """Return ``chains`` of consecutive parts, each with as few as stay within ``CUTTING.joined_error`` of it.
