@@ -84,5 +84,10 @@ class CuttingConstants:
     """Lengths in pixels along which spurs are looked for: most corners that may be tips are wide soon. Outlines that
     nearly coincide for longer make slivers, or meet again."""
 
+    # Necks (cutting/necks.py)
+
+    neck_neighbours: int = 12
+    """Most samples near one among which the other side of a neck is looked for: those of its own side are four."""
+
 
 CUTTING = CuttingConstants()

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting.necks import neck_mouths
 from warpvec.flat.cutting.noding import Chords, chords_of, noded
 from warpvec.flat.cutting.planar_map import PlanarMap, planar_map
 from warpvec.flat.cutting.slivers import without_slivers
@@ -29,9 +30,9 @@ class Arrangement(NamedTuple):
     Attributes:
         stacked: the drawing over nothing; an opaque background is its lowest path.
         mapped: the map of its outlines and the edges of the canvas.
-        owners: row of ``keys`` for each face [F]: what shows there, slivers and spurs given to their neighbours.
+        owners: row of ``keys`` for each face [F]: what shows there, slivers, spurs and necks given to their neighbours.
         keys: the different stacks of paths; the first is empty.
-        cubics: all curves [R, 4, 2], and the lines across the mouths of spurs.
+        cubics: all curves [R, 4, 2], and the lines across the mouths of spurs and necks.
         is_line: which curves are lines [R].
         sliver_count: number of slivers that went to their neighbours.
     """
@@ -63,7 +64,9 @@ def arranged(scene: Scene, width: float, height: float, watch: Watch = UNWATCHED
     chords = noded(chords_of(cubics, is_line, error))
     mapped, owners, sliver_count, keys = owned(chords)
     for _ in range(CUTTING.spur_rounds_max):
-        mouths = spur_mouths(mapped, owners) if not watch.is_over() else np.zeros((0, 2, 2))
+        if watch.is_over():
+            break
+        mouths = np.concatenate([spur_mouths(mapped, owners), neck_mouths(mapped, owners)])
         if not len(mouths):
             break
         thirds = np.linspace(0.0, 1.0, 4)[None, :, None]
