@@ -3,8 +3,8 @@
     python bench/cutout.py FOLDER [--size 512]
 
 "sum" is the exact area of all parts, and "covered" what the stacked drawing covers, from a drawing by resvg of sixteen
-times as many pixels; "once" is the number of segments, with those counted once that two parts share; "twice" and "gap"
-are the shares of that area that the parts, each drawn alone, cover twice and not at all.
+times as many pixels; "once" is the number of segments of the lines of `--cut-once`, where an edge of two parts is one;
+"twice" and "gap" are the shares of that area that the parts, each drawn alone, cover twice and not at all.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from flat_corners import scene_of
 from flat_originals import Original
 from harness import machine_facts, machine_line, markdown_table
 
+from warpvec.flat.cutting.cut_lines import cut_lines
 from warpvec.flat.cutting.cutout import cut_out
-from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
@@ -47,12 +47,6 @@ def coverage(scene: Scene, width: int, height: int) -> np.ndarray:
     return draw(text, SCALE * width, SCALE * height, transparent=True)[..., 3] / 255.0
 
 
-def different_segments(scene: Scene) -> int:
-    """Return the number of segments, of which those that two parts share, one in each direction, count once."""
-    rows = whole_curves(scene).numpy()
-    return len({min(row.tobytes(), row[::-1].tobytes()) for row in rows})
-
-
 def measure(original: Original, size: int) -> list[str]:
     """Return the cells of a row."""
     width, height = original.extent(size)
@@ -67,7 +61,7 @@ def measure(original: Original, size: int) -> list[str]:
     gap = np.maximum(whole - total - ROUNDING, 0).sum() / whole.sum()
     covered = whole.sum() / SCALE**2
     segments = [scene.structure.segment_count for scene in (stacked, cut.scene)]
-    once = different_segments(cut.scene)
+    once = sum(len(line.parts) for line in cut_lines(stacked, width, height))
     counts = [len(stacked), len(cut.scene), *segments, once, cut.hidden_count, cut.sliver_count, cut.blended_count]
     sums = [f"{areas(cut.scene).sum():.1f}", f"{covered:.1f}", f"{1e2 * twice:.4f} %", f"{1e2 * gap:.4f} %"]
     return [original.name, *map(str, counts), *sums, f"{seconds:.2f}"]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.checks import counted
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
@@ -54,7 +55,7 @@ class Result:
     def __repr__(self) -> str:
         picture = self.picture
         size = f"{picture.width} x {picture.height}"
-        parts = [size, f"{len(self.scene)} paths", f"{len(self.svg().encode()):,} bytes"]
+        parts = [size, counted(len(self.scene), "path"), f"{len(self.svg().encode()):,} bytes"]
         if "metrics" in self.__dict__:  # measuring takes a while
             parts.append(f"PSNR {self.metrics['psnr']:.2f} dB")
         return f"<Result: {', '.join(parts)}>"

@@ -170,3 +170,17 @@ def test_a_drawing_with_a_goal_in_bytes_keeps_its_units(monkeypatch: pytest.Monk
     text = run_job(job, lambda kind, facts: None, Watch(), 1)["svg"]
     assert f'viewBox="0 0 {10 * SIDE} {10 * SIDE}"' in text
     assert "\n" not in text.strip()
+
+
+def test_a_photo_that_is_fitted_again_keeps_to_the_goal_in_bytes_and_to_its_locks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("warpvec.polish.edited.ITERATIONS", 3)
+    squares = [square(k, SIDE - 2 * k, f"#{4 * k:02x}{255 - 9 * k:02x}80") for k in range(1, 20)]
+    edited, locked = svg(PAPER, *squares, square(2, 1, "#123456")), len(squares) + 1
+    job = FitJob(1, picture(PAPER, *squares), "x", FitSettings({"mode": "photo"}), start=edited, keeps_paths=True)
+    size = len(run_job(job, lambda kind, facts: None, Watch(), 1)["svg"])
+    limited = replace(job, settings=FitSettings({"mode": "photo", "max_bytes": 4 * size // 5}), locked=(locked,))
+    text = run_job(limited, lambda kind, facts: None, Watch(), 1)["svg"]
+    assert size // 2 < len(text) <= 4 * size // 5
+    assert 'd="M2 2h1v1h-1z"' in text  # hardly seen, but locked

@@ -11,7 +11,7 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from warpvec.flat.cutting import cutout
+from warpvec.flat.cutting import arrangement
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.noding import Chords, noded
 from warpvec.geometry.scene import Scene
@@ -164,7 +164,7 @@ def test_cutting_takes_fewer_steps_once_the_time_is_over(monkeypatch: pytest.Mon
         counts.append(len(chords))
         return noded(chords)
 
-    monkeypatch.setattr(cutout, "noded", noded_and_counted)
+    monkeypatch.setattr(arrangement, "noded", noded_and_counted)
     cut_out(stacked, SIDE, SIDE)
     cut = cut_out(stacked, SIDE, SIDE, watch=Watch(time_budget=1e-9))
     in_time, late = counts[0], counts[-1]

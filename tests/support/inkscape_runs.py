@@ -13,6 +13,7 @@ import sys
 from functools import cache
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from children import limit, start
@@ -91,6 +92,20 @@ def run_inkscape(document: Path, actions: str, out: Path, profile: Path) -> None
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)  # Inkscape and its screen, not only the script that starts them
             raise
+
+
+def opened_dxf(path: Path, out: Path) -> str:
+    """Return what Inkscape makes of a DXF file, as the text of an SVG that Inkscape wrote to ``out``.
+
+    Its reader of DXF files runs alone, since Inkscape asks for its settings in a window, also with --batch-process.
+    """
+    reader = [_python(), str(Path(_extensions()) / "dxf_input.py"), str(path)]
+    options: dict[str, Any] = {"env": _environment(), "capture_output": True, "text": True, "check": True}
+    read = path.with_suffix(".read.svg")
+    read.write_text(subprocess.run(reader, timeout=limit(SECONDS), **options).stdout)
+    command = ["inkscape", "--export-plain-svg", f"--export-filename={out}", str(read)]
+    subprocess.run(command, timeout=limit(SECONDS), **options)
+    return out.read_text()
 
 
 def fake_command(folder: Path, code: str) -> Path:

@@ -31,6 +31,17 @@ def test_each_colour_becomes_the_nearest_of_a_brand_but_on_locked_layers(open_pa
     assert fills(page.saved()) == fills(SVG)
 
 
+def test_a_colour_that_no_path_has_any_more_leaves_the_palette(open_page) -> None:
+    page = open_page(SVG)
+    page.click(20, 20)
+    assert page.page.locator("[name=swatch]:checked").get_attribute("value") == "#c03020"
+    page.page.get_by_text("Colours of a brand").click()
+    page.page.locator("#brand").fill("#d00000 #fff")
+    page.press_button("brand-apply")
+    page.page.wait_for_selector("[name=swatch][value='#d00000']:checked")
+    assert page.page.locator("[name=swatch]").count() == 2
+
+
 def test_a_locked_layer_is_not_selected(open_page) -> None:
     page = open_page(SVG)
     page.click(60, 20)

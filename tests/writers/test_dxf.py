@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from inkscape_runs import opened_dxf, why_no_scripts
 from logo import logo
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree  # type: ignore[import-untyped]
@@ -168,3 +169,16 @@ def test_ellipses_are_true_ones_on_request(tmp_path: Path) -> None:
     space = read(encode(svg(FORMS), "a.dxf", Target(splines=True)), tmp_path).modelspace()
     (ellipse,) = space.query("ELLIPSE")
     assert (round(ellipse.dxf.major_axis.magnitude, 3), round(ellipse.dxf.ratio, 4)) == (37.5, 0.6667)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(why_no_scripts()), reason=why_no_scripts())
+@pytest.mark.parametrize(("shapes", "splines"), [(FORMS + PATHS, False), (PATHS, True)])
+def test_inkscape_opens_the_file_as_the_svg(shapes: str, splines: bool, tmp_path: Path) -> None:
+    text = svg(shapes)
+    path = tmp_path / "drawing.dxf"
+    path.write_bytes(encode(text, path, Target(splines=splines)))
+    opened = opened_dxf(path, tmp_path / "opened.svg")
+    # Its page is an upright A4 sheet in pixels. The drawing, 200 mm high, is in the lower left corner.
+    points = points_of_svg(opened) * 25.4 / 96 - (0, 297 - 200)
+    assert farthest(points, points_of_svg(text)) < 0.02

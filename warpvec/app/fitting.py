@@ -17,6 +17,7 @@ from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.given import place_on_picture, read_drawing
 from warpvec.drawing.not_kept import not_kept
+from warpvec.goals.search import within_limit
 from warpvec.image.read import read_image
 from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
@@ -94,14 +95,19 @@ def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch:
 
 
 def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int | None, watch: Watch) -> Drawing:
-    """Fit the edited drawing of the job. Deleted parts are filled in photos only; areas of flat art need none."""
+    """Fit the edited drawing of the job. Deleted parts are filled in photos only; areas of flat art need none.
+
+    What was filled in and moved nodes make a file longer: the paths of a photo that are seen least go until it keeps to
+    the goal. Each shape of flat art is wanted.
+    """
     assert job.start is not None
     settings = FitSettings({"mode": "photo", "opacity": job.settings.values["opacity"]})
     config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
     if job.settings.goal and read_drawing(job.start.encode()).width >= SHORT_UNITS * pixels.shape[1]:
         config = replace(config, minify=True, grid=1)
     edited = Edited(job.start, job.locked, job.filled if mode == "photo" else None)
-    return fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
+    drawing, locked = fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
+    return within_limit(drawing, job.settings.goal, locked) if mode == "photo" else drawing
 
 
 def result_facts(

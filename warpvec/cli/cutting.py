@@ -25,7 +25,9 @@ _SWITCHES = ("mirror", "marks", "weeding", "size_check")
 SHEET_OPTIONS = (*_LENGTHS[:2], *_SWITCHES)
 """Options that are of use with --sheets alone."""
 
-CUT_OPTIONS = ("sheets", "check_cut", *_LENGTHS, *_SWITCHES)
+_ONCE_SUFFIXES = (".dxf", ".svg")
+
+CUT_OPTIONS = ("sheets", "cut_once", "check_cut", *_LENGTHS, *_SWITCHES)
 """Parameters that `cut_options` adds to a command."""
 
 
@@ -47,6 +49,7 @@ def cut_options(command: Callable[..., Any]) -> Callable[..., Any]:
     length: dict[str, Any] = {"type": _Length(), "metavar": "LENGTH"}
     options = (
         click.option("--sheets", metavar="FOLDER", help="Write a sheet for each colour, for cutters."),
+        click.option("--cut-once", metavar="FILE", help="Write the edges to this .dxf or .svg, each once, for lasers."),
         click.option("--check-cut", is_flag=True, help="Say what will go wrong when it is cut."),
         click.option("--bleed", **length, help="Sheets: let colours reach so far below those on top."),
         click.option("--kerf", **length, help="Sheets: make up for a cut of this width."),
@@ -65,7 +68,7 @@ def check_cutting(options: Mapping[str, Any]) -> None:
     """Check, before the work, the options of `cut_options`.
 
     Raises:
-        InputError: one is given without --sheets, the folder cannot be used, or a package is missing.
+        InputError: one is given without --sheets, the folder or file cannot be used, or a package is missing.
     """
     if options["sheets"] is None:
         for name in SHEET_OPTIONS:
@@ -78,8 +81,24 @@ def check_cutting(options: Mapping[str, Any]) -> None:
         if folder.exists() and not folder.is_dir():
             raise InputError("--sheets", "must be a folder", repr(options["sheets"]), "choose another name")
         check_writable(folder if folder.exists() else folder.parent / "sheet.svg", "--sheets")
+    _check_cut_once(options["cut_once"])
     if options["sheets"] is not None or options["check_cut"]:
         check_packages("--sheets and --check-cut")
+
+
+def _check_cut_once(path: str | None) -> None:
+    if path is None:
+        return
+    if Path(path).suffix.lower() not in _ONCE_SUFFIXES:
+        rule = f"must end in {' or '.join(_ONCE_SUFFIXES)}"
+        raise InputError("--cut-once", rule, repr(path), "rename it")
+    from warpvec.svg.foreign.skia import load_skia  # not above: help does without it
+
+    check_writable(path, "--cut-once")
+    check_packages("--cut-once")
+    if load_skia() is None:  # the drawing may have strokes, whose outlines are edges
+        rule, found = "needs the packages of the extra refine", "skia-pathops is missing"
+        raise InputError("--cut-once", rule, found, "pip install 'warpvec[refine]'")
 
 
 def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,6 +108,8 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
         OSError: a sheet cannot be written.
     """
     facts: dict[str, Any] = {}
+    if options["cut_once"] is not None:
+        facts["cut_once"] = _write_once(result, options)
     if options["sheets"] is None and not options["check_cut"]:
         return facts
     from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
@@ -107,6 +128,31 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
     return facts
 
 
+def _write_once(result: Result, options: Mapping[str, Any]) -> int:
+    """Write the edges once, and return the number of their lines."""
+    from warpvec.making.once import edges_once
+    from warpvec.making.sheets import outline_count
+
+    path = options["cut_once"]
+    sheet = edges_once(result.drawing.text, result.target.per_inch, keeps_lines=result.config.mode == "lines")
+    count = outline_count(sheet)
+    write_atomic(path, _encoded(sheet, path, result))
+    if not options["quiet"]:
+        click.echo(f"warpvec: {in_one_line(path)}: {counted(count, 'line')}, each edge once", err=True)
+    return count
+
+
+def _encoded(sheet: Sheet, path: str, result: Result) -> bytes:
+    """Return the bytes of a sheet: DXF if ``path`` ends so, else SVG."""
+    from warpvec.making.dxf import encode_sheet
+    from warpvec.making.sheet_svg import sheet_text
+
+    choices = result.encoding.options
+    if Path(path).suffix.lower() == ".dxf":
+        return encode_sheet(sheet, splines=choices.dxf_splines)
+    return sheet_text(sheet, choices.per_inch).encode()
+
+
 def _sheet_options(result: Result, options: Mapping[str, Any]) -> SheetOptions:
     from warpvec.making.sheets import SheetOptions
 
@@ -121,20 +167,12 @@ def _sheet_options(result: Result, options: Mapping[str, Any]) -> SheetOptions:
 
 def _write_sheets(drawing: Sheet, folder: Path, out: str, made: SheetOptions, result: Result) -> list[str]:
     """Write the sheets, and return the names of their files."""
-    from warpvec.making.dxf import encode_sheet
-    from warpvec.making.sheet_svg import sheet_text
     from warpvec.making.sheets import sheets_of
 
-    choices = result.encoding.options
+    suffix = ".dxf" if Path(out).suffix.lower() == ".dxf" else ".svg"
     folder.mkdir(exist_ok=True)
     names = []
     for number, (color, sheet) in enumerate(sheets_of(drawing, made).items(), 1):
-        name = f"{number:02}-{color[1:]}"
-        if Path(out).suffix.lower() == ".dxf":
-            names.append(f"{name}.dxf")
-            data = encode_sheet(sheet, splines=choices.dxf_splines)
-        else:
-            names.append(f"{name}.svg")
-            data = sheet_text(sheet, choices.per_inch).encode()
-        write_atomic(folder / names[-1], data)
+        names.append(f"{number:02}-{color[1:]}{suffix}")
+        write_atomic(folder / names[-1], _encoded(sheet, names[-1], result))
     return names

@@ -59,7 +59,7 @@ REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_
 
 RARE = (
     *("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
-    *("verbose", "check_cut", "bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
+    *("verbose", "cut_once", "check_cut", "bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
 )
 """Options of single commands that only --help-all shows."""
 

@@ -77,12 +77,20 @@ class Drawing:
 
     def without(self, count: int) -> Drawing:
         """Return the drawing without the ``count`` paths of lowest removal cost; the others stay as they are."""
+        return self.with_fitted(self.fitted.select(self.costly_rows(count)))
+
+    def costly_rows(self, count: int, kept: Tensor | None = None) -> Tensor:
+        """Return the paths of the fitted scene but for the ``count`` of lowest removal cost, in order.
+
+        Paths that ``kept`` [N] (bool) marks stay before others.
+        """
         encoding = self.encoding
         target = Target(torch.from_numpy(encoding.picture.reduced), encoding.settings, "cpu")
         with torch.no_grad():
             removal_cost = target.removal_costs(self.fitted)
-        rows = removal_cost.topk(len(self.fitted) - count).indices.sort().values
-        return self.with_fitted(self.fitted.select(rows))
+        if kept is not None:
+            removal_cost = removal_cost.masked_fill(kept, torch.inf)
+        return removal_cost.topk(len(self.fitted) - count).indices.sort().values
 
     @cached_property
     def text(self) -> str:

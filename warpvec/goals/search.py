@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
+from torch import Tensor
+
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.errors import InputError
@@ -97,6 +99,26 @@ def check_possible(goal: Goal, encoding: Encoding) -> None:
         raise InputError(quantity.name, "is too small for one path", f"{most:g}", f"give more than {least}")
 
 
+def within_limit(drawing: Drawing, goal: Goal, kept: Tensor | None = None) -> Drawing:
+    """Return ``drawing`` without the paths of lowest removal cost, so many that it is within the largest value.
+
+    If that is too small for one path, or for the paths that stay, it gets as near as it can.
+
+    Args:
+        drawing: a fitted drawing.
+        goal: what its file must keep to.
+        kept: paths of the fitted scene [N] (bool) that stay; None for none.
+    """
+    free = len(drawing.fitted) - (0 if kept is None else int(kept.sum()))
+    trial = trial_of(drawing, goal)
+    while goal.limit is not None and not fits(goal, trial) and min(free, trial.curves - 1) > 0:
+        count = min(_excess(trial, goal.limit[1]), free)
+        rows = drawing.costly_rows(count, kept)
+        drawing = drawing.with_fitted(drawing.fitted.select(rows))
+        kept, free, trial = None if kept is None else kept[rows], free - count, trial_of(drawing, goal)
+    return drawing
+
+
 def trial_of(drawing: Drawing, goal: Goal) -> Trial:
     """Return the figures of ``drawing``."""
     figures = {name: QUANTITIES[name].measure(drawing, goal.gzip) for name in goal.bounds}
@@ -177,8 +199,12 @@ def _cut(drawing: Drawing, trial: Trial, goal: Goal, knob: Knob, trials: list[Tr
     while not fits(goal, trial):
         if trial.curves <= 1:
             raise InputError(quantity.name, "is too small for one path", str(most), f"give at least {trial.size}")
-        excess = max(1, round(trial.curves * (trial.size - most) / trial.size))
-        drawing = drawing.without(min(excess, trial.curves - 1))
+        drawing = drawing.without(_excess(trial, most))
         trial = trial_of(drawing, goal)
         trials.append(trial)
     return drawing, trial
+
+
+def _excess(trial: Trial, most: float) -> int:
+    """Return the number of paths to remove, at least one, so that the size is about ``most``; one path stays."""
+    return min(max(1, round(trial.curves * (trial.size - most) / trial.size)), trial.curves - 1)

@@ -168,9 +168,7 @@ def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
         InputError: as `warpvec.svg.read.read_svg`.
     """
     loaded = read_svg(svg)
-    root = parse_svg(svg).root
-    pixel = MM_PER_PIXEL if physical_size(root) else 25.4 / per_inch
-    scale = pixel * stated_size(root)[0] / loaded.width
+    scale = millimeters_of_a_unit(svg, loaded.width, per_inch)
     width, height = loaded.width * scale, loaded.height * scale
     scene = loaded.scene.cpu()
     shapes = list(_shapes(scene, loaded.precision, scale))
@@ -183,6 +181,13 @@ def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
     rows = (_colors(scene), shapes, _strokes(scene, scale), *looks, [None] * len(scene), is_soft)
     parts = [Part(*each) for each in zip(*rows, strict=True)]
     return Sheet(tuple(part for part in parts if part.shapes and not _is_page(part, width, height)), width, height)
+
+
+def millimeters_of_a_unit(svg: str, width: float, per_inch: float) -> float:
+    """Return the millimetres of a unit of the drawing ``svg``, which is ``width`` units wide."""
+    root = parse_svg(svg).root
+    pixel = MM_PER_PIXEL if physical_size(root) else 25.4 / per_inch
+    return pixel * stated_size(root)[0] / width
 
 
 def _is_page(part: Part, width: float, height: float) -> bool:
@@ -282,11 +287,11 @@ def _loops(scene: Scene, precision: int | None, scale: float) -> Iterator[Shape]
             ticks = np.rint(cubics[:, :3] * per_unit).astype(np.int64)
             found = arcs_of(Loop(ticks, lines, opened))
             arcs = {row: (last, turn_of(step, arc)) for row, (last, step, arc) in found.items()}
-        pieces = tuple(_pieces(cubics[: len(cubics) - opened] * scale, lines, arcs))
-        yield _circle_of(pieces) or Outline(pieces, not opened)
+        pieces = tuple(pieces_of(cubics[: len(cubics) - opened] * scale, lines, arcs))
+        yield circle_of(pieces) or Outline(pieces, not opened)
 
 
-def _pieces(cubics: Floats, is_line: Mask, arcs: dict[int, tuple[int, float]]) -> Iterator[Piece]:
+def pieces_of(cubics: Floats, is_line: Mask, arcs: dict[int, tuple[int, float]]) -> Iterator[Piece]:
     """Yield the pieces of ``cubics`` [S, 4, 2].
 
     ``arcs`` has the arcs by their first row: the row after the last, and the turn.
@@ -305,7 +310,7 @@ def _pieces(cubics: Floats, is_line: Mask, arcs: dict[int, tuple[int, float]]) -
             yield arc_through(cubic) or Piece(cubic)
 
 
-def _circle_of(pieces: tuple[Piece, ...]) -> Circle | None:
+def circle_of(pieces: tuple[Piece, ...]) -> Circle | None:
     """Return the circle that arcs go round once; None if they do not."""
     if not pieces or not all(piece.bulge for piece in pieces):
         return None

@@ -53,13 +53,16 @@ class Edited:
     filled: str | None = None
 
 
-def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> Drawing:
+def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, Tensor]:
     """Fit the paths of an edited drawing to its picture, without the deleted shapes.
 
     Args:
         edited: the drawing.
         usual: the usual encoding of a drawing of the picture, with the settings of the fit.
         watch: progress, stop, clock and history of the run.
+
+    Returns:
+        The drawing, and the mask [N] of the locked ones of its fitted paths.
 
     Raises:
         InputError: the drawing cannot be read, or the locked paths cannot be found in it.
@@ -78,7 +81,7 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> Drawing:
     settings = replace(settings, curves=max(1, len(scene)), precision=precision)
     encoding = encoding_like(given, data, replace(usual, settings=settings))
     encoding = replace(encoding, title=picture.title, metadata=None)
-    return polish_drawing(scene, encoding, watch, ITERATIONS, locked=locked if bool(locked.any()) else None)
+    return polish_drawing(scene, encoding, watch, ITERATIONS, locked=locked if bool(locked.any()) else None), locked
 
 
 def _locked(edited: Edited, count: int) -> Tensor:

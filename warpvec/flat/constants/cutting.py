@@ -38,6 +38,18 @@ class CuttingConstants:
     passes_max: int = 30
     """Most rounds of breaking. Two or three suffice, since chords move by less than a unit when they are broken."""
 
+    # Few parts (cutting/fewest_parts.py)
+
+    joined_error: float = 0.02
+    """Largest distance in pixels of a part from those that it replaces: 0.005 mm at 96 pixels an inch, a tenth of what
+    a good laser cutter repeats."""
+
+    joined_max: int = 8
+    """Most parts that one replaces."""
+
+    joined_samples: int = 16
+    """Points of each part, and of all together, at which it is compared."""
+
     # Slivers (cutting/slivers.py)
 
     sliver_width: float = 0.15
@@ -71,6 +83,11 @@ class CuttingConstants:
     spur_search: tuple[float, ...] = (2.0, 60.0)
     """Lengths in pixels along which spurs are looked for: most corners that may be tips are wide soon. Outlines that
     nearly coincide for longer make slivers, or meet again."""
+
+    # Necks (cutting/necks.py)
+
+    neck_neighbours: int = 12
+    """Most samples near one among which the other side of a neck is looked for: those of its own side are four."""
 
 
 CUTTING = CuttingConstants()

@@ -2,31 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting.fewest_parts import CurvePart, fewest_parts
 from warpvec.flat.cutting.planar_map import PlanarMap
 
 _SAME_T = 1e-7
 """Two parameters of a curve that differ by less are the same place."""
 
 
-class CurvePart(NamedTuple):
-    """A part of a curve: its control points [4, 2] in pixels, and whether it is a line."""
-
-    cubic: Floats
-    is_line: bool
-
-
 _Ends = tuple[int, int]
-"""The first and the last half-edge of a piece."""
+"""The first and the last half-edge of a chain, or of a part of a curve."""
+
+
+class Chain(NamedTuple):
+    """An edge between two parts of a drawing.
+
+    Attributes:
+        parts: consecutive parts of curves.
+        start, end: vertices of the map at its ends.
+        is_closed: whether it is a loop without a junction.
+    """
+
+    parts: list[CurvePart]
+    start: int
+    end: int
+    is_closed: bool
 
 
 class CutEdges:
-    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to pieces of ``cubics`` [R, 4, 2].
+    """The edges of ``mapped`` between faces of different ``owners`` [F], joined to parts of ``cubics`` [R, 4, 2].
 
     Points are rounded to multiples of ``tick``, across and down.
     """
@@ -46,24 +58,35 @@ class CutEdges:
         self._owner = owners[mapped.face]
         self._twin = np.arange(len(mapped.tail)) ^ 1
         self._is_cut = self._owner != self._owner[self._twin]
-        self._is_break = self._breaks()
-        self._pieces: dict[_Ends, CurvePart] = {}
-        self._points: set[_Ends] = set()  # pieces without length
+        self._is_junction, self._is_break = self._breaks()
+        self._chains = self._made_chains()
 
     def loops(self, owner: int) -> list[list[CurvePart]]:
-        """Return the closed loops of pieces around all parts of ``owner``."""
-        waiting = dict.fromkeys(np.flatnonzero(self._is_cut & (self._owner == owner)).tolist())
-        loops: list[list[_Ends]] = []
+        """Return the closed loops of parts around all parts of ``owner``."""
+        loops = []
+        for loop in self._loops(np.flatnonzero(self._is_cut & (self._owner == owner))):
+            parts = [part for chain in self._split(loop) for part in self._sides[chain[0], chain[-1]]]
+            joined = [part for part in parts if np.ptp(part.cubic, axis=0).any()]
+            loops += [joined] if len(joined) > 1 else []
+        return loops
+
+    def chains(self) -> Iterator[Chain]:
+        """Yield each edge once, from junction to junction, with all parts of curves that it follows."""
+        tail = self._mapped.tail
+        for (first, last), parts in self._chains.items():
+            start, end = int(tail[first]), int(tail[last ^ 1])
+            yield Chain(parts, start, end, start == end and not self._is_junction[start])
+
+    def _loops(self, half_edges: Integers) -> Iterator[list[int]]:
+        """Yield the closed loops of ``half_edges``."""
+        waiting = dict.fromkeys(half_edges.tolist())
         while waiting:
             loop = [next(iter(waiting))]
             while (following := self._next(loop[-1])) != loop[0]:
                 loop.append(following)
             for half_edge in loop:
                 del waiting[half_edge]
-            loops.append(self._joined(loop))
-        self._make([ends for loop in loops for ends in loop])
-        made = ([self._pieces[ends] for ends in loop if ends not in self._points] for loop in loops)
-        return [pieces for pieces in made if len(pieces) > 1]
+            yield loop
 
     def _next(self, half_edge: int) -> int:
         """Return the half-edge after ``half_edge`` on the outline of its owner."""
@@ -72,58 +95,95 @@ class CutEdges:
             found = int(self._mapped.following[found ^ 1])
         return found
 
-    def _joined(self, loop: list[int]) -> list[_Ends]:
-        """Return the first and the last half-edge of each piece of a closed ``loop`` of half-edges."""
-        breaks = np.flatnonzero(self._is_break[self._mapped.tail[loop]]).tolist()
-        return [(loop[k], loop[stop - 1]) for k, stop in zip(breaks, breaks[1:] + breaks[:1], strict=True)]
+    @cached_property
+    def _sides(self) -> dict[_Ends, list[CurvePart]]:
+        """The few parts of each chain, and back along it, by its first and its last half-edge."""
+        sides = {}
+        fewer = fewest_parts(list(self._chains.values()))
+        for (first, last), parts in zip(self._chains, fewer, strict=True):
+            parts = [self._on_ticks(part) for part in parts]
+            sides[first, last] = parts
+            sides[last ^ 1, first ^ 1] = [part.reversed() for part in parts[::-1]]
+        return sides
 
-    def _make(self, pieces: list[_Ends]) -> None:
-        """Make those of ``pieces``, from the tail of the first to the head of the last, that the other side lacks."""
-        missing: dict[_Ends, None] = {}
-        for first, last in pieces:
-            if (first, last) not in self._pieces and (last ^ 1, first ^ 1) not in missing:
-                missing[first, last] = None
-        if not missing:
-            return
-        cubics, is_line = self._made(np.array(list(missing)))
-        is_point = (cubics == cubics[:, :1]).all((1, 2))
-        for ends, cubic, line, point in zip(missing, cubics, is_line.tolist(), is_point.tolist(), strict=True):
-            other = (ends[1] ^ 1, ends[0] ^ 1)  # the other side runs back along the same points
-            self._pieces[ends], self._pieces[other] = CurvePart(cubic, line), CurvePart(cubic[::-1], line)
-            if point:
-                self._points |= {ends, other}
+    def _made_chains(self) -> dict[_Ends, list[CurvePart]]:
+        """Return the parts of each chain, once for both sides, by its first and its last half-edge."""
+        found: dict[_Ends, list[_Ends]] = {}
+        for loop in self._loops(np.flatnonzero(self._is_cut)):
+            for chain in self._split(loop):
+                if (chain[-1] ^ 1, chain[0] ^ 1) not in found:
+                    found[chain[0], chain[-1]] = self._parts(chain)
+        made = iter(self._made([ends for parts in found.values() for ends in parts]))
+        return {key: [next(made) for _ in parts] for key, parts in found.items()}
 
-    def _made(self, ends: Integers) -> tuple[Floats, Mask]:
-        """Return the control points [P, 4, 2] of pieces with these first and last half-edges [P, 2], and the lines."""
-        mapped, (first, last) = self._mapped, ends.T
+    def _split(self, loop: list[int]) -> list[list[int]]:
+        """Return the chains of a closed ``loop`` of half-edges, from junction to junction."""
+        tail = self._mapped.tail
+        starts = [k for k, half_edge in enumerate(loop) if self._is_junction[tail[half_edge]]]
+        if not starts:
+            starts = [min(np.flatnonzero(self._is_break[tail[loop]]).tolist(), key=lambda k: self._bend(loop, k))]
+        turned = loop[starts[0] :] + loop[: starts[0]]
+        places = [start - starts[0] for start in starts]
+        return [turned[start:stop] for start, stop in pairwise([*places, len(loop)])]
+
+    def _bend(self, loop: list[int], place: int) -> tuple[float, int]:
+        """Return the cosine of the turn at a node of ``loop``, and its vertex: both sides rank nodes alike."""
+        tail, vertex = self._mapped.tail, self._mapped.vertex
+        before, here, after = (vertex[tail[loop[(place + k) % len(loop)]]] for k in (-1, 0, 1))
+        come, go = (here - before).astype(np.float64), (after - here).astype(np.float64)
+        return float(come @ go / np.sqrt((come @ come) * (go @ go))), int(tail[loop[place]])
+
+    def _parts(self, chain: list[int]) -> list[_Ends]:
+        """Return the first and the last half-edge of each part of a curve along a ``chain`` of half-edges."""
+        is_break = self._is_break[self._mapped.tail[chain]]
+        starts = [0, *(np.flatnonzero(is_break[1:]) + 1).tolist()]
+        return [(chain[start], chain[stop - 1]) for start, stop in pairwise([*starts, len(chain)])]
+
+    def _made(self, parts: list[_Ends]) -> list[CurvePart]:
+        """Return the parts with these first and last half-edges."""
+        if not parts:
+            return []
+        mapped, (first, last) = self._mapped, np.array(parts).T
         curve = mapped.curve[first // 2]
-        start, end = (self._rounded(mapped.vertex[mapped.tail[each]] / CUTTING.units) for each in (first, last ^ 1))
+        start, end = (mapped.vertex[mapped.tail[each]] / CUTTING.units for each in (first, last ^ 1))
         made = start[:, None] + np.linspace(0, 1, 4)[:, None] * (end - start)[:, None]
         bends = np.flatnonzero(~self._is_line[curve])
         t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
-        cubic = _between(self._cubics[curve[bends]], t_first[bends], t_last[bends])
+        cubic = between(self._cubics[curve[bends]], t_first[bends], t_last[bends])
         # The ends lie on the grid, where all pieces meet.
-        made[bends, 1] = self._rounded(cubic[:, 1] + (start[bends] - cubic[:, 0]))
-        made[bends, 2] = self._rounded(cubic[:, 2] + (end[bends] - cubic[:, 3]))
+        made[bends, 1] = cubic[:, 1] + (start[bends] - cubic[:, 0])
+        made[bends, 2] = cubic[:, 2] + (end[bends] - cubic[:, 3])
         made[bends, 3] = end[bends]
-        return made, self._is_line[curve]
+        return [CurvePart(cubic, line) for cubic, line in zip(made, self._is_line[curve].tolist(), strict=True)]
 
-    def _rounded(self, points: Floats) -> Floats:
-        return points if self._tick is None else np.rint(points / self._tick) * self._tick
+    def _on_ticks(self, part: CurvePart) -> CurvePart:
+        if self._tick is None:
+            return part
+        cubic = np.rint(part.cubic / self._tick) * self._tick
+        return CurvePart(line_cubic(cubic[0], cubic[3]) if part.is_line else cubic, part.is_line)
 
-    def _breaks(self) -> Mask:
-        """Return the vertices [V] where a piece ends: junctions, and where one curve follows another."""
+    def _breaks(self) -> tuple[Mask, Mask]:
+        """Return the vertices [V] where more than two outlines meet or one ends, and all where a part of a curve ends.
+
+        The latter are also those where one curve follows another.
+        """
         mapped = self._mapped
         cut = np.flatnonzero(self._is_cut)
         cut = cut[np.argsort(mapped.tail[cut], kind="stable")]
         tail, curve, t = mapped.tail[cut], mapped.curve[cut // 2], mapped.t[cut // 2, cut % 2]
-        is_break = np.bincount(tail, minlength=len(mapped.vertex)) != 2
+        is_junction = np.bincount(tail, minlength=len(mapped.vertex)) != 2
+        is_break = is_junction.copy()
         differs = (curve[1:] != curve[:-1]) | (np.abs(np.diff(t)) > _SAME_T)
         is_break[tail[1:][differs & (tail[1:] == tail[:-1])]] = True
-        return is_break
+        return is_junction, is_break
 
 
-def _between(cubics: Floats, first: Floats, last: Floats) -> Floats:
+def line_cubic(start: Floats, end: Floats) -> Floats:
+    """Return the control points [4, 2] of a line."""
+    return start + np.linspace(0, 1, 4)[:, None] * (end - start)
+
+
+def between(cubics: Floats, first: Floats, last: Floats) -> Floats:
     """Return the control points [P, 4, 2] of the parts of ``cubics`` from parameters ``first`` to ``last`` [P]."""
 
     def blossom(*parameters: Floats) -> Floats:

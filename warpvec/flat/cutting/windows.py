@@ -10,7 +10,8 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from warpvec.flat.cutting.cutout import cut_out, sheet
+from warpvec.flat.cutting.arrangement import sheet
+from warpvec.flat.cutting.cutout import cut_out
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 

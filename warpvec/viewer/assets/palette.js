@@ -55,7 +55,7 @@ export class PalettePanel {
     const { background } = this.app.drawing;
     this.color = color;
     const reach = Number(find("near").value);
-    const isNear = (other) => (reach ? gapBetween(color, other) <= reach : color === other);
+    const isNear = (other) => color && (reach ? gapBetween(color, other) <= reach : color === other);
     this.near = new Set([...this.items.keys()].filter(isNear));
     const items = [...this.near].flatMap((other) => this.items.get(other));
     this.uses = new Map(items.map((item) => [item, { fill: item.fill, stroke: item.stroke }]));
@@ -111,11 +111,12 @@ export class PalettePanel {
     const { app } = this;
     const selected = app.selection.size ? colorsOf([...app.selection][0])[0] : null;
     if (selected && this.shownFor !== app.selection) this.follow(selected);
-    else if (this.color && this.version !== this.versionOf()) this.take(this.color);
+    else if (this.color && this.version !== this.versionOf()) this.take(this.items.has(this.color) ? this.color : selected);
     this.shownFor = app.selection;
     this.list();
     const count = this.color ? this.uses.size + Number(Boolean(this.background)) : 0;
     find("replace-box").disabled = !count;
+    setText("replace-text", count ? counted(count, "use") : "");
     if (!count) return;
     setValue("replace", this.color, counted(count, "use"));
     if (document.activeElement !== find("replace-hex")) find("replace-hex").value = this.color;

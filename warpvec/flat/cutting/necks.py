@@ -1,0 +1,86 @@
+"""Necks: places where a part between two wide areas is too narrow to be cut."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from warpvec.arrays import Floats, Integers, Mask, counted
+from warpvec.flat.constants.cutting import CUTTING
+from warpvec.flat.cutting.planar_map import PlanarMap
+from warpvec.flat.cutting.spurs import outline_order
+
+_OWNER_GAP = 10.0
+"""Distance that is added between samples of different owners, which never face each other."""
+
+_TIP_SAMPLES = 5
+"""Samples around the tip of a spur, where both sides meet."""
+
+
+def neck_mouths(mapped: PlanarMap, owners: Integers) -> Floats:
+    """Return a line [M, 2, 2] in pixels across both ends of each neck.
+
+    Args:
+        mapped: the map of the outlines.
+        owners: owner of each face [F].
+    """
+    is_cut = owners[mapped.face] != owners[mapped.face[np.arange(len(mapped.tail)) ^ 1]]
+    order, loop = _in_order(outline_order(mapped, is_cut), is_cut & (owners[mapped.face] > 0))
+    if not len(order):
+        return np.zeros((0, 2, 2))
+    places, along, row = _samples(mapped, order)
+    mate = _mates(places, along, owners[mapped.face[order]][row])
+    mouths = []
+    for first, last in _runs(mate >= 0, loop[row]):
+        ends = np.array([first, last])
+        # Each side of a neck finds it.
+        is_tip = np.abs(mate[ends] - ends).min() <= _TIP_SAMPLES  # a spur
+        is_long = np.hypot(*(places[last] - places[first])) >= CUTTING.spur_length
+        if is_long and not is_tip and first < mate[first]:
+            mouths += [[places[each], places[mate[each]]] for each in ends]
+    return np.array(mouths).reshape(-1, 2, 2)
+
+
+def _in_order(following: Integers, is_kept: Mask) -> tuple[Integers, Integers]:
+    """Return the half-edges that are kept [n] in the order of their outlines, and the outline of each [n]."""
+    after, waiting = following.tolist(), dict.fromkeys(np.flatnonzero(is_kept).tolist())
+    order, loop, number = [], [], 0
+    while waiting:
+        here = next(iter(waiting))
+        while here in waiting:
+            del waiting[here]
+            order.append(here)
+            loop.append(number)
+            here = after[here]
+        number += 1
+    return np.array(order, np.int64), np.array(loop, np.int64)
+
+
+def _samples(mapped: PlanarMap, order: Integers) -> tuple[Floats, Floats, Integers]:
+    """Return places along the half-edges ``order`` [S, 2], their directions [S, 2], and rows of ``order`` [S]."""
+    vertex = mapped.vertex / CUTTING.units
+    start, end = vertex[mapped.tail[order]], vertex[mapped.tail[order ^ 1]]
+    length = np.hypot(*(end - start).T)
+    counts = np.ceil(length / CUTTING.spur_step).astype(np.int64)
+    row = np.repeat(np.arange(len(order)), counts)
+    share = (counted(counts) + 0.5) / counts[row]
+    along = (end - start) / length[:, None]
+    return start[row] + share[:, None] * (end - start)[row], along[row], row
+
+
+def _mates(places: Floats, along: Floats, owner: Integers) -> Integers:
+    """Return the nearest sample on the other side of a neck for each [S]; -1 for none."""
+    tree = cKDTree(np.concatenate([places, _OWNER_GAP * owner[:, None]], 1))
+    gap, near = tree.query(tree.data, CUTTING.neck_neighbours, distance_upper_bound=CUTTING.sliver_width)
+    near = np.where(np.isfinite(gap), near, np.arange(len(places))[:, None])
+    inward = np.stack([-along[:, 1], along[:, 0]], 1)
+    is_opposite = (along[near] * along[:, None]).sum(2) <= -CUTTING.spur_cosine
+    faces = is_opposite & (((places[near] - places[:, None]) * inward[:, None]).sum(2) > 0.0)
+    return np.where(faces.any(1), near[np.arange(len(near)), faces.argmax(1)], -1)
+
+
+def _runs(is_narrow: Mask, loop: Integers) -> list[tuple[int, int]]:
+    """Return the first and the last sample of each run of narrow ones on one outline."""
+    starts = is_narrow & ~(np.append(False, is_narrow[:-1]) & np.append(False, loop[1:] == loop[:-1]))
+    stops = is_narrow & ~(np.append(is_narrow[1:], False) & np.append(loop[1:] == loop[:-1], False))
+    return list(zip(np.flatnonzero(starts).tolist(), np.flatnonzero(stops).tolist(), strict=True))
