@@ -130,7 +130,7 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
 
 def _write_once(result: Result, options: Mapping[str, Any]) -> int:
     """Write the edges once, and return the number of their lines."""
-    from warpvec.making.once import edges_once
+    from warpvec.flat.cutting.edges_once import edges_once
     from warpvec.making.sheets import outline_count
 
     path = options["cut_once"]

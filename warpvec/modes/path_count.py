@@ -23,7 +23,7 @@ from warpvec.fit.budget import Budget, ByteBudget, QualityBudget
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.scene import Scene
 from warpvec.goals.goal import Goal
-from warpvec.goals.search import Attempt, Trial
+from warpvec.goals.search import Attempt, Trial, within_limit
 from warpvec.modes import next_count
 from warpvec.modes.request import Request
 from warpvec.watch.watch import Part
@@ -181,14 +181,7 @@ class PathCount:
         """Yield the finished ``drawing`` of a whole fit, within the size of the goal, if that is another one."""
         found = self._fits.finished(drawing, sharp=sharp)
         if found is not drawing:
-            yield Attempt(found if self._goal.limit is None else self._within(found))
-
-    def _within(self, drawing: Drawing) -> Drawing:
-        """Return ``drawing`` without the paths of lowest removal cost that its bytes are too many by."""
-        assert self._goal.limit is not None
-        size, most = text_bytes(drawing.text, gzip=self._goal.gzip), self._goal.limit[1]
-        count = math.ceil((size - most) / size * len(drawing.fitted)) + 1
-        return drawing if size <= most else drawing.without(min(count, len(drawing.fitted) - 1))
+            yield Attempt(within_limit(found, self._goal))
 
     def _fit_to_size(self) -> Attempt:
         """Make the one fit for a largest size: its number of paths follows the size while it runs."""

@@ -17,7 +17,7 @@ import ezdxf
 import shapely
 from PIL import Image
 
-from warpvec.making.once import edges_once
+from warpvec.flat.cutting.edges_once import edges_once
 from warpvec.making.parts import Circle, Sheet
 from warpvec.making.regions import line_of
 
