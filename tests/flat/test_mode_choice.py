@@ -125,6 +125,12 @@ def test_any_shape_and_a_single_colour_have_a_mode(shape: tuple[int, int]) -> No
     assert choose_mode(random).mode in ("flat", "photo")
 
 
+def test_what_is_as_small_as_an_icon_is_no_photo() -> None:
+    photo = landscape()
+    modes = [choose_mode(np.asarray(photo.resize((side, side)), np.float32) / 255.0).mode for side in (32, 64)]
+    assert modes == ["flat", "photo"]
+
+
 def test_the_reason_counts_the_colours() -> None:
     assert choose_mode(np.full((40, 40, 3), 0.5, np.float32)).reason == "1 colour, 100 % of the area is flat"
 

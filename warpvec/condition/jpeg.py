@@ -26,9 +26,15 @@ _STEPS = np.array([
 ])  # fmt: skip
 """Steps of brightness at quality 50, by vertical and horizontal frequency."""
 
+_COLOR_STEPS = np.full((8, 8), 99)
+"""Steps of the colour differences at quality 50."""
+
+_COLOR_STEPS[:4, :4] = [[17, 18, 24, 47], [18, 21, 26, 66], [24, 26, 56, 99], [47, 66, 99, 99]]
+
 _LUMA = np.array(LUMA)
 _COLOR = np.array([[-0.168736, -0.331264, 0.5], [0.5, -0.418688, -0.081312]])
-"""Weights of red, green and blue in the brightness and the two colour differences of JFIF."""
+JFIF = np.concatenate([_LUMA[None], _COLOR])
+"""Weights of red, green and blue in the brightness and the two colour differences of JFIF [3, 3]."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +52,17 @@ class Jpeg:
 
 def steps_of(quality: int) -> Floats:
     """Return the steps [8, 8] of brightness at a ``quality`` from 1 to 100, as libjpeg scales them."""
+    return _scaled(_STEPS, quality)
+
+
+def color_steps_of(quality: int) -> Floats:
+    """Return the steps [8, 8] of both colour differences at a ``quality`` from 1 to 100, as libjpeg scales them."""
+    return _scaled(_COLOR_STEPS, quality)
+
+
+def _scaled(steps: NDArray[np.int64], quality: int) -> Floats:
     scale = 5000 // quality if quality < 50 else 200 - 2 * quality
-    return np.clip((_STEPS * scale + 50) // 100, 1, 255).astype(np.float64)
+    return np.clip((steps * scale + 50) // 100, 1, 255).astype(np.float64)
 
 
 def find_jpeg(levels: Floats) -> Jpeg | None:

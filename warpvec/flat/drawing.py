@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from warpvec.condition.jpeg import Jpeg
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
@@ -20,6 +21,7 @@ from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, wit
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import Regions, find_regions, require_explained
 from warpvec.flat.regions.small_text import small_word_count
+from warpvec.flat.regions.unrounded import before_jpeg
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.fewer_paths import with_fewer_paths
@@ -43,12 +45,14 @@ class FlatOutlines(NamedTuple):
 
     Attributes:
         traced: a path for each region, numbered by its generation, so that a path that stays finds its colour again.
+        picture: the picture [h, w, 3 or 4] that they show, as it was before it was saved as JPEG.
         fitted: the paths that the settings allow, fitted to the picture.
         roughly: number of parts of the picture that they show only roughly, or not at all, by their name: "area",
             "gradient" and "small word".
     """
 
     traced: Scene
+    picture: Tensor
     fitted: Scene
     roughly: dict[str, int]
 
@@ -66,6 +70,7 @@ class FlatDrawing:
         known: outlines that are known already; None to find them.
         tracing: outlines that were traced in another way; None to trace those of the regions.
         blur: standard deviation in pixels of the blur of the picture, which the drawing is without.
+        jpeg: what the picture was saved as, which the drawing is without; None for no JPEG.
     """
 
     image: Tensor
@@ -75,6 +80,7 @@ class FlatDrawing:
     known: FlatOutlines | None = None
     tracing: Scene | None = None
     blur: float = 0.0
+    jpeg: Jpeg | None = None
 
     @property
     def is_small(self) -> bool:
@@ -84,7 +90,18 @@ class FlatDrawing:
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        return Critic(self.image, self.config, self.blur)
+        return Critic(self.picture, self.config, self.blur)
+
+    @property
+    def picture(self) -> Tensor:
+        """The picture [h, w, 3 or 4] to be drawn, as it was before it was saved as JPEG.
+
+        Raises:
+            NotFlatArtError: the picture is plainly no flat art, and may be refused.
+        """
+        if self.known is not None:
+            return self.known.picture
+        return self.image if self.tracing is not None else self._found[0]
 
     @cached_property
     def outlines(self) -> FlatOutlines:
@@ -99,7 +116,7 @@ class FlatDrawing:
         traced = replace(traced, generation=torch.arange(len(traced)))
         fewer = with_fewer_paths(traced, self.critic, self.config.curves)
         roughly["area"] = roughly.get("area", 0) + len(traced) - len(fewer)
-        return FlatOutlines(traced, self._polished(fewer, DRAWING.first_iterations), roughly)
+        return FlatOutlines(traced, self.picture, self._polished(fewer, DRAWING.first_iterations), roughly)
 
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return the drawing with the nodes and paths that show at ``detail`` pixels, and what it leaves out.
@@ -134,11 +151,20 @@ class FlatDrawing:
             scene = replace(scene, generation=scene.generation % count)
         return self._snapped(scene), left_out
 
-    def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
-        may_refuse = self.unexplained_max is not None
-        found = find_regions(self.image.numpy(), self.config.min_area, self.watch, may_refuse)
+    @cached_property
+    def _found(self) -> tuple[Tensor, Regions]:
+        """The picture before it was saved as JPEG, and its regions."""
+        image, may_refuse = self.image.numpy(), self.unexplained_max is not None
+        found = find_regions(image, self.config.min_area, self.watch, may_refuse)
         if self.unexplained_max is not None:
-            require_explained(found, self.image.numpy(), self.unexplained_max)
+            require_explained(found, image, self.unexplained_max)
+        if self.jpeg is None or self.image.shape[2] == 4:
+            return self.image, found
+        before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, self.watch)
+        return torch.from_numpy(before), found
+
+    def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
+        found = self._found[1]
         fewer = with_fewer_regions(found, REGIONS.regions_max)
         regions = self._repainted(fewer)
         gradient_count = int((fewer.paints.kind != FLAT).sum()) - int((regions.paints.kind != FLAT).sum())

@@ -55,7 +55,7 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none.
 
     Transparent parts are seen over white, and pictures with some are not taken for black and white art. Where the four
-    shares leave a doubt, the picture is flat art if areas of one paint explain it.
+    shares leave a doubt, the picture is flat art if areas of one paint explain it. One as small as an icon is no photo.
 
     Args:
         image: the picture.
@@ -68,6 +68,8 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     if image.shape[2] == 3 and _is_black_and_white(levels, change, was_noisy):
         return ModeChoice("mono", f"dark on light, {percent}")
     score = flatness(shares_of(levels, change))
+    if score <= 0.0 and max(image.shape[:2]) <= MODE_CHOICE.icon_side:
+        return ModeChoice("flat", f"as small as an icon, {percent}")
     if score <= MODE_CHOICE.photo_flatness:
         return ModeChoice("photo", f"textured or shaded, {percent}")
     if score <= 0.0:

@@ -102,7 +102,8 @@ class SoftDrawing:
     @cached_property
     def _clean(self) -> FlatDrawing:
         assert self._shadow is not None
-        return replace(self.work, image=torch.from_numpy(self._shadow.clean), unexplained_max=None, known=None)
+        image = torch.from_numpy(self._shadow.clean)
+        return replace(self.work, image=image, unexplained_max=None, known=None, jpeg=None)
 
     @cached_property
     def _outline(self) -> Scene | None:
@@ -110,9 +111,8 @@ class SoftDrawing:
         assert self._shadow is not None
         mask = torch.from_numpy(1.0 - self._shadow.casters).float()[..., None].expand(-1, -1, 3).contiguous()
         config = replace(self.work.config, strokes="off", gradients=0.0)
-        drawn, _ = replace(self.work, image=mask, config=config, unexplained_max=None, known=None).draw(
-            SOFTNESS.mask_detail
-        )
+        work = replace(self.work, image=mask, config=config, unexplained_max=None, known=None, jpeg=None)
+        drawn, _ = work.draw(SOFTNESS.mask_detail)
         height, width = mask.shape[:2]
         parts = cut_out(replace(drawn.outlined(), strokes=None), width, height).scene
         dark = (parts.color.amax(1) < 0.5).nonzero().flatten()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from warpvec.arrays import Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
+from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
@@ -176,8 +177,9 @@ def _mode(
     from warpvec.modes.pixel import Pixel
 
     outlines = KnownOutlines() if outlines is None else outlines
+    jpeg = None if condition is None else condition.jpeg
     modes: dict[str, Mode] = {
-        "flat": Flat(outlines, unexplained_max),
+        "flat": Flat(outlines, unexplained_max, jpeg),
         "mono": Mono(),
         "lines": Lines(),
         "pixel": Pixel(color_tolerance(condition)),
@@ -227,7 +229,8 @@ def _is_too_far(drawing: Drawing, request: Request) -> bool:
     is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
     is_alike = _is_like_picture(settings) and settings.gradients != 0.0
-    is_free = settings.mode == "flat" and is_alike and not is_bounded
+    is_icon = max(request.picture.reduced_size) <= MODE_CHOICE.icon_side
+    is_free = settings.mode == "flat" and is_alike and not is_bounded and not is_icon
     return is_free and drawing.psnr_as_fitted < FLAT_PSNR_MIN
 
 

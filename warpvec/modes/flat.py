@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import torch
 
+from warpvec.condition.jpeg import Jpeg
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
@@ -29,11 +30,14 @@ class KnownOutlines:
 
     _work: FlatDrawing | None = None
 
-    def begin(self, request: Request, settings: FitConfig, unexplained_max: float | None) -> FlatDrawing:
+    def begin(
+        self, request: Request, settings: FitConfig, unexplained_max: float | None, jpeg: Jpeg | None
+    ) -> FlatDrawing:
         """Return the work on a picture with ``settings``: with the known outlines if they are right for it."""
         image, watch, known = torch.from_numpy(request.picture.reduced), request.watch, self._work
-        work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur)
-        if known is None or known.blur != work.blur or not torch.equal(known.image, image):
+        work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur, jpeg=jpeg)
+        same_damage = known is not None and (known.blur, known.jpeg) == (work.blur, work.jpeg)
+        if known is None or not same_damage or not torch.equal(known.image, image):
             return work
         same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify", "paper")}
         like_known = replace(known.config, **same)
@@ -54,10 +58,12 @@ class Flat:
         outlines: of the last picture, for a caller that draws it again with another detail; they become those of this
             picture.
         unexplained_max: when to refuse a picture; see `warpvec.flat.drawing.FlatDrawing`.
+        jpeg: what the picture was saved as; None for no JPEG, or if nobody looked.
     """
 
     outlines: KnownOutlines = field(default_factory=KnownOutlines)
     unexplained_max: float | None = None
+    jpeg: Jpeg | None = None
 
     def draw(self, request: Request) -> Drawing:
         """Return the drawing of flat art. A goal decides the detail and, if need be, the number of paths.
@@ -66,7 +72,8 @@ class Flat:
             NotFlatArtError: the picture is plainly no flat art, and may be refused.
         """
         with single_torch_thread(), torch.no_grad():
-            work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max)
+            jpeg = rounding_of(request, self.jpeg)
+            work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max, jpeg)
             soft = SoftDrawing(work)
 
             def draw(detail: float) -> Drawing:
@@ -87,6 +94,14 @@ def _as_it_is(request: Request) -> Request:
 def drawn(request: Request, draw: Callable[[float], Drawing]) -> Drawing:
     """Return what ``draw`` makes with the detail of the settings, or with the detail that the goal asks for."""
     return meet(request.goal, Detail(request, draw)) if request.goal else draw(request.settings.detail)
+
+
+def rounding_of(request: Request, jpeg: Jpeg | None) -> Jpeg | None:
+    """Return what the copy of the picture was rounded by, which was saved as ``jpeg``.
+
+    In a smaller copy, or one without an enlargement or noise, the rounding cannot be told any more.
+    """
+    return jpeg if request.picture.reduced is request.picture.pixels else None
 
 
 def reduced_settings(request: Request) -> FitConfig:

@@ -45,9 +45,9 @@ class Tolerances:
         return self.metric * weights
 
 
-def measure_tolerances(picture: Floats32) -> Tolerances:
-    """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA."""
-    noise = min(measure_noise(picture), REGIONS.noise_max)
+def measure_tolerances(picture: Floats32, noise_min: float = 0.0) -> Tolerances:
+    """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA with a noise of at least ``noise_min``."""
+    noise = min(max(measure_noise(picture), noise_min), REGIONS.noise_max)
     metric = luma_and_color() if noise else np.eye(4, dtype=np.float32)
 
     def tolerance(clean: float, noisy: float, factor: float) -> float:

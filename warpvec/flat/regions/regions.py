@@ -64,7 +64,13 @@ class Regions:
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
 
-def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHED, may_refuse: bool = False) -> Regions:
+def find_regions(
+    image: Floats32,
+    min_area: float = 0.0,
+    watch: Watch = UNWATCHED,
+    may_refuse: bool = False,
+    noise_min: float = 0.0,
+) -> Regions:
     """Return the regions of flat art.
 
     Args:
@@ -73,12 +79,13 @@ def find_regions(image: Floats32, min_area: float = 0.0, watch: Watch = UNWATCHE
             unless they stand out.
         watch: the watch over the run. When it is over, rougher regions must do.
         may_refuse: whether to refuse a picture that is plainly no flat art.
+        noise_min: the least noise that it is known to have, in [0, 1].
 
     Raises:
         NotFlatArtError: the picture has no pure areas, or more than ``seeds_max``.
     """
     picture, straight = premultiplied(image), with_alpha(image)
-    tolerances = measure_tolerances(picture)
+    tolerances = measure_tolerances(picture, noise_min)
     limits = _speck_limits(min_area, image.shape, tolerances)
     seeds = find_seeds(picture, straight, tolerances, watch)
     if may_refuse:

@@ -1,0 +1,94 @@
+"""The picture before JPEG rounded it: of all pictures that become the given one, the one nearest to a drawing of it.
+
+JPEG rounds the cosine transform of each block to multiples of steps, so that each value lies within half a step of what
+is stored. A drawing of the picture says what is likely there. Its values are kept where they are possible, and else
+moved to the nearest possible ones. Source: Zakhor, Iterative procedures for reduction of blocking effects in transform
+image coding, 1992.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import dctn, idctn
+
+from warpvec.arrays import Floats
+from warpvec.condition.jpeg import JFIF, Jpeg, color_steps_of, steps_of
+
+_TO_RGB = np.linalg.inv(JFIF)
+
+
+@dataclass(frozen=True, eq=False)
+class JpegRounding:
+    """The rounding of a picture that was saved as JPEG.
+
+    Attributes:
+        levels: the decoded picture [h, w, 3] in [0, 255], with its first block in the upper left corner.
+        jpeg: what it was saved as.
+    """
+
+    levels: Floats
+    jpeg: Jpeg
+
+    def nearest(self, drawn: Floats) -> Floats:
+        """Return the picture [h, w, 3] nearest to ``drawn`` [h, w, 3], in [0, 255], that becomes the decoded one."""
+        values = self._transformed(drawn)
+        moves = []
+        for value, stored, steps in zip(values, self._stored(values), self._steps, strict=True):
+            moves.append(np.clip(value, stored - steps / 2.0, stored + steps / 2.0) - value)
+        return np.asarray((drawn + self._picture_of(moves)).clip(0.0, 255.0))
+
+    @property
+    def _steps(self) -> list[Floats]:
+        color = color_steps_of(self.jpeg.quality)
+        return [steps_of(self.jpeg.quality), color, color]
+
+    def _stored(self, values: list[Floats]) -> list[Floats]:
+        """Return the values that are stored, which those of the drawing, ``values``, help to know.
+
+        A decoder cuts off what is below 0 or above 255, where the drawing tells how far it went.
+        """
+        rounded = [_rounded(value, steps) for value, steps in zip(values, self._steps, strict=True)]
+        likely = self._picture_of(rounded) + 128.0
+        whole = np.where(self.levels >= 255.0, likely.clip(255.0), self.levels)
+        whole = np.where(self.levels <= 0.0, likely.clip(None, 0.0), whole)
+        return [_rounded(value, steps) for value, steps in zip(self._transformed(whole), self._steps, strict=True)]
+
+    def _transformed(self, levels: Floats) -> list[Floats]:
+        """Return the cosine transforms [rows, columns, 8, 8] of the brightness and colours of ``levels`` [h, w, 3]."""
+        planes = np.moveaxis((levels - 128.0) @ JFIF.T, -1, 0)
+        blocks = [self._blocks_of(plane, index > 0) for index, plane in enumerate(planes)]
+        return [dctn(each, axes=(2, 3), norm="ortho") for each in blocks]
+
+    def _blocks_of(self, plane: Floats, is_color: bool) -> Floats:
+        """Return the blocks [rows, columns, 8, 8] in which a ``plane`` [h, w] is stored."""
+        is_halved = is_color and self.jpeg.is_subsampled
+        side = 16 if is_halved else 8
+        whole = np.pad(plane, [(0, -length % side) for length in plane.shape], mode="edge")
+        if is_halved:
+            whole = whole.reshape(whole.shape[0] // 2, 2, -1, 2).mean((1, 3))
+        return whole.reshape(whole.shape[0] // 8, 8, -1, 8).transpose(0, 2, 1, 3)
+
+    def _picture_of(self, values: list[Floats]) -> Floats:
+        """Return the red, green and blue [h, w, 3], less 128, that the transforms ``values`` make."""
+        height, width = self.levels.shape[:2]
+        planes = []
+        for index, value in enumerate(values):
+            blocks = idctn(value, axes=(2, 3), norm="ortho")
+            plane = blocks.transpose(0, 2, 1, 3).reshape(8 * blocks.shape[0], -1)
+            is_halved = index > 0 and self.jpeg.is_subsampled
+            planes.append((_doubled(_doubled(plane, 0), 1) if is_halved else plane)[:height, :width])
+        return np.asarray(np.stack(planes, -1) @ _TO_RGB.T)
+
+
+def _rounded(values: Floats, steps: Floats) -> Floats:
+    return np.asarray(np.rint(values / steps) * steps)
+
+
+def _doubled(plane: Floats, axis: int) -> Floats:
+    """Return ``plane`` [h, w] with twice the samples along ``axis``, as decoders enlarge colours."""
+    rows = np.moveaxis(plane, axis, 0)
+    around = np.pad(rows, [(1, 1), (0, 0)], mode="edge")
+    pairs = np.stack([0.75 * rows + 0.25 * around[:-2], 0.75 * rows + 0.25 * around[2:]], 1)
+    return np.moveaxis(pairs.reshape(-1, rows.shape[1]), 0, axis)

@@ -1,0 +1,56 @@
+"""The regions of a picture that was saved as JPEG, and the picture as it was before.
+
+The regions say what each pixel is mixed of, which is a drawing of the picture without its ringing. Of all pictures that
+become the same JPEG, the nearest to it shows small and thin parts that the ringing hid, and the regions are found in it
+once more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from warpvec.arrays import Floats32
+from warpvec.condition.jpeg import Jpeg, steps_of
+from warpvec.condition.unrounding import JpegRounding
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions.regions import Regions, find_regions
+from warpvec.geometry.paints.registry import FLAT
+from warpvec.watch.watch import UNWATCHED, Watch
+
+
+def before_jpeg(
+    image: Floats32, found: Regions, jpeg: Jpeg, min_area: float = 0.0, watch: Watch = UNWATCHED
+) -> tuple[Floats32, Regions]:
+    """Return the picture before it was saved as JPEG [h, w, 3], and its regions; if that was poor, those given.
+
+    Args:
+        image: the picture [h, w, 3], sRGB-encoded in [0, 1].
+        found: the regions of ``image``.
+        jpeg: what it was saved as.
+        min_area: as `find_regions`.
+        watch: the watch over the run. When it is over, what is known must do.
+    """
+    if jpeg.quality < REGIONS.jpeg_quality_min:
+        return image, found
+    rounding = JpegRounding(255.0 * image.astype(np.float64), jpeg)
+    noise = REGIONS.jpeg_noise * float(steps_of(jpeg.quality).mean() / steps_of(50).mean())
+    before, regions = image, found
+    for _ in range(REGIONS.jpeg_rounds):
+        if watch.is_over():
+            break
+        drawn = 255.0 * regions.mixed()[..., :3].astype(np.float64)
+        before = np.asarray(rounding.nearest(drawn) / 255.0, np.float32)
+        regions = find_regions(before, min_area, watch, noise_min=noise)
+    return before, _with_whole_black(regions)
+
+
+def _with_whole_black(regions: Regions) -> Regions:
+    """Return ``regions`` with black and white in place of flat paints that JPEG cannot tell from them."""
+    color, end_color = regions.paints.color.copy(), regions.paints.end_color.copy()
+    is_flat = regions.paints.kind == FLAT
+    for whole in (0.0, 1.0):
+        is_near = is_flat & (np.abs(color - whole) <= REGIONS.jpeg_end).all(1)
+        color[is_near] = end_color[is_near] = whole
+    return replace(regions, paints=replace(regions.paints, color=color, end_color=end_color))
