@@ -66,6 +66,16 @@ def test_a_clean_drawing_is_drawn_as_it_is() -> None:
     assert result.metrics["condition_words"] is None
 
 
+def test_rectangles_on_a_grid_are_no_enlargement() -> None:
+    image = Image.new("RGB", (90, 60), "white")
+    paint = ImageDraw.Draw(image)
+    for box, color in (((20, 10, 39, 29), "#c81e28"), ((40, 30, 59, 49), "#1e28c8")):
+        paint.rectangle(box, fill=color)
+    result = drawing_of(image)
+    assert result.metrics["condition"]["enlarged"] is not None
+    assert (draw(result.svg(), 90, 60) == np.asarray(image)).all()
+
+
 def test_a_goal_for_the_quality_is_about_the_given_picture() -> None:
     pixels = (levels_of(enlarged(drawn(WIDTH), FACTOR, Resampling.BICUBIC)) / 255.0).astype(np.float32)
     for goal, is_restored in ((make_goal(max_bytes=9000), True), (make_goal(target_psnr=20.0), False)):

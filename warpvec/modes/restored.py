@@ -120,6 +120,11 @@ def _before(request: Request, condition: Condition) -> Request:
         from warpvec.condition.restoration import before_enlargement
 
         pixels = before_enlargement(picture.pixels, condition.enlargement)
+        if condition.enlargement.is_of_whole_pixels and condition.jpeg is None:
+            from warpvec.flat.pixels.choice import are_rectangles
+
+            if are_rectangles(pixels):  # the picture has their edges as exactly
+                return request
     elif condition.light is not None and not picture.is_transparent and request.settings.threshold == "auto":
         from warpvec.condition.light import in_even_light
 

@@ -44,6 +44,10 @@ class PixelConstants:
     corners_min: int = 24
     """Fewest corners: less is a mark of a few rectangles."""
 
+    rectangle_run_min: float = 2.0
+    """Least mean distance in pixels between corners of a mark of few rectangles. A disc of 8 px or more without
+    anti-aliasing has 1.82 or less."""
+
     code_corners: float = 0.15
     """Fewest corners for each pixel in a picture of two colours: a QR code with its margin has 0.4, a disc without
     anti-aliasing 0.03."""

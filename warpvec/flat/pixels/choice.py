@@ -22,16 +22,36 @@ def are_pixels_meant(image: Floats32, tolerance: int, is_enlarged: bool) -> bool
     longest = max(image.shape[:2])
     if longest > (PIXELS.chosen_side_max if is_enlarged else PIXELS.given_side_max):
         return False
-    cells = find_cells(image, tolerance, PIXELS.colors_max)
-    if not 2 <= len(cells.colors) <= min(PIXELS.chosen_colors_max, cells.label.size**0.5):
-        return False
-    given = find_cells(image, 0, cells.label.size) if tolerance else cells
-    if antialiased_share(given, PIXELS.between_levels + tolerance) > PIXELS.between_share_max:
+    cells = _placed_cells(image, tolerance)
+    if cells is None:
         return False
     sides, corners = _sides_and_corners(cells)
     run_max = PIXELS.small_run_max if longest <= PIXELS.small_side else PIXELS.run_max
     is_code = len(cells.colors) > 2 or corners >= PIXELS.code_corners * cells.label.size
     return corners >= PIXELS.corners_min and sides / corners <= run_max and is_code
+
+
+def are_rectangles(image: Floats32) -> bool:
+    """Return whether ``image`` [h, w, 3 or 4] consists of rectangles of whole pixels, without anti-aliasing.
+
+    A larger picture of such rectangles looks like an enlargement of it, but nothing of it was lost.
+    """
+    cells = _placed_cells(image, 0)
+    if cells is None:
+        return False
+    sides, corners = _sides_and_corners(cells)
+    least = PIXELS.rectangle_run_min if corners < PIXELS.corners_min else PIXELS.run_max
+    return corners > 0 and sides / corners >= least
+
+
+def _placed_cells(image: Floats32, tolerance: int) -> Cells | None:
+    """Return the cells of ``image`` [h, w, 3 or 4]; None if it has many colours, or anti-aliasing."""
+    cells = find_cells(image, tolerance, PIXELS.colors_max)
+    if not 2 <= len(cells.colors) <= min(PIXELS.chosen_colors_max, cells.label.size**0.5):
+        return None
+    given = find_cells(image, 0, cells.label.size) if tolerance else cells
+    share = antialiased_share(given, PIXELS.between_levels + tolerance)
+    return cells if share <= PIXELS.between_share_max else None
 
 
 def antialiased_share(cells: Cells, least: int) -> float:
