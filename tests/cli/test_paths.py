@@ -41,6 +41,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
         (["run", "photo.png", "o.svg", "--write-config", "o.svg"], ["OUT", "--write-config"]),
         (["run", "photo.png", "o.svg", "--checkpoint", "s", "--report", "s"], ["--report", "--checkpoint"]),
         (["run", "photo.png", "o.svg", "--video", "a.gif", "--report", "a.gif"], ["--video", "--report"]),
+        (["run", "photo.png", "o.svg", "--cut-once", "o.svg"], ["OUT", "--cut-once"]),
         (["run", "photo.png", "o.svg", "--save-frames", "./o.svg"], ["OUT", "--save-frames"]),
         (["run", "photo.png", "link.svg", "--report", "drawing.svg"], ["OUT", "--report"]),
         (["lod", "drawing.svg", "--levels", "0", "-o", "link.svg"], ["SVG", "-o"]),

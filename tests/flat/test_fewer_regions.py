@@ -11,7 +11,13 @@ from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions, require_explained
+from warpvec.flat.regions.regions import (
+    NotFlatArtError,
+    Regions,
+    find_regions,
+    require_explained,
+    require_explained_parts,
+)
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.circles import ellipse_of
 from warpvec.watch.watch import Watch
@@ -88,3 +94,6 @@ def test_regions_explain_a_drawing_as_jpeg_but_no_texture() -> None:
     texture = np.repeat(0.5 + 0.25 * waves[..., None], 3, 2).astype(np.float32)
     with pytest.raises(NotFlatArtError, match="levels of it unexplained"):
         require_explained(find_regions(texture), texture, MODE_CHOICE.unexplained_max)
+    require_explained_parts(flat, MODE_CHOICE.unexplained_max)
+    with pytest.raises(NotFlatArtError, match="levels of it unexplained"):
+        require_explained_parts(np.tile(texture, (3, 4, 1)), MODE_CHOICE.unexplained_max)

@@ -28,6 +28,7 @@ _OUTPUTS = {
     "video": "--video",
     "page": "--report",
     "write_config": "--write-config",
+    "cut_once": "--cut-once",
 }
 """Parameter of a command -> the file's name on the command line."""
 

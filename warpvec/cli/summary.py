@@ -85,8 +85,10 @@ def finite(value: object) -> Any:
 
 def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     backdrops = ", over black and over white" if metrics["transparent"] else ""
-    gradients = f" ({metrics['gradients']} with a gradient)" if metrics["gradients"] else ""
-    counts = f"{counted(metrics['curves'], 'path')}{gradients}, {counted(metrics['segments'], 'segment')}"
+    special = {"with a gradient": metrics["gradients"], "soft": metrics.get("soft")}
+    some = ", ".join(f"{count} {words}" for words, count in special.items() if count)
+    counts = f"{counted(metrics['curves'], 'path')}{f' ({some})' if some else ''}"
+    counts += f", {counted(metrics['segments'], 'segment')}"
     size = "" if metrics["millimeters"] is None else "; {:.4g} x {:.4g} mm".format(*metrics["millimeters"])
     as_svg = "" if writer_of(out).suffix in SVG_SUFFIXES else " as SVG"
     lines = [

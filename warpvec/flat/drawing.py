@@ -19,7 +19,7 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import Regions, find_regions, require_explained
+from warpvec.flat.regions.regions import Regions, find_regions, require_explained, require_explained_parts
 from warpvec.flat.regions.small_text import small_word_count
 from warpvec.flat.regions.unrounded import before_jpeg
 from warpvec.flat.scene_building import scene_of
@@ -155,6 +155,8 @@ class FlatDrawing:
     def _found(self) -> tuple[Tensor, Regions]:
         """The picture before it was saved as JPEG, and its regions."""
         image, may_refuse = self.image.numpy(), self.unexplained_max is not None
+        if self.unexplained_max is not None:
+            require_explained_parts(image, self.unexplained_max)
         found = find_regions(image, self.config.min_area, self.watch, may_refuse)
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max)
