@@ -156,7 +156,7 @@ class FlatDrawing:
         """The picture before it was saved as JPEG, and its regions."""
         image, may_refuse = self.image.numpy(), self.unexplained_max is not None
         if self.unexplained_max is not None:
-            require_explained_parts(image, self.unexplained_max)
+            require_explained_parts(image, self.unexplained_max, self.watch)
         found = find_regions(image, self.config.min_area, self.watch, may_refuse)
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max)

@@ -121,9 +121,8 @@ class PathCount:
             curves_max = next_count.worthwhile_count(trials)
         if self._start is None and not self._is_over():
             yield self._fit_whole(trials, curves_max)
-        if self._goal.bounds:
-            yield from self._corrections(trials, curves_max)
-        elif not self._is_over():
+        yield from self._corrections(trials, curves_max)
+        if self._start is None and not self._goal.bounds and not self._is_over():
             yield from self._finished(self._drawings[-1])
 
     def _corrections(self, trials: Sequence[Trial], curves_max: int) -> Iterator[Attempt]:

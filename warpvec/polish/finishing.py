@@ -24,6 +24,7 @@ from warpvec.geometry.softness import SIGMA_MAX, Softness
 from warpvec.polish.descent import Descent
 from warpvec.polish.variables import Variables
 from warpvec.rendering.streams import on_warps_stream
+from warpvec.rendering.tile_renderer import Adjoints
 from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Part
 
@@ -106,7 +107,7 @@ class _Finish:
 
     def of(self, scene: Scene, soft_max: int | None) -> Scene:
         self._path_count = len(scene)
-        sharp = self._descended(_Fitted(scene, float(self._target.fit_step(scene, False).loss)), self._turn)
+        sharp = self._descended(_Fitted(scene, float(self._step(scene).loss)), self._turn)
         count = int(SOFT_SHARE * len(scene)) if soft_max is None else min(soft_max, len(scene))
         chosen = self._candidates(sharp.scene)[:count] if count and not self._is_over else None
         if chosen is None or not len(chosen):
@@ -126,7 +127,15 @@ class _Finish:
 
     def _with_softness(self, scene: Scene, softness: Softness | None) -> _Fitted:
         soft = replace(scene, softness=softness)
-        return _Fitted(soft, float(self._target.fit_step(soft, False).loss))
+        return _Fitted(soft, float(self._step(soft).loss))
+
+    def _step(self, scene: Scene) -> Adjoints:
+        """Return the loss of ``scene`` and its adjoints."""
+        adjoints = self._target.fit_step(scene, False)
+        if self._target.has_dropped():  # a GPU had no room for the paths
+            self._target.make_room()
+            adjoints = self._target.fit_step(scene, False)
+        return adjoints
 
     def _descended(self, begun: _Fitted, count: int, *, keeps_softness: bool = False) -> _Fitted:
         """Return the best drawing of ``count`` iterations from ``begun`` on."""
@@ -158,10 +167,13 @@ class _Finish:
         for rows in _groups(area):
             sigma = torch.zeros_like(slope)
             sigma[rows] = PROBE_SIGMA
-            adjoints = self._target.fit_step(replace(scene, softness=Softness(sigma)), False)
+            if self._is_over:
+                return rows[:0]
+            adjoints = self._step(replace(scene, softness=Softness(sigma)))
             assert adjoints.softness is not None
             slope[rows] = adjoints.softness[rows]
-        order = slope.argsort()
+        slope, area = slope.cpu(), area.cpu()  # where sorts and sums have one order
+        order = slope.argsort(stable=True)
         order = order[(slope[order] < 0.0) & (area[order] > 0.0)]
         return order[area[order].cumsum(0) <= SOFT_AREA]
 
@@ -180,5 +192,5 @@ def _few_sigmas(softness: Softness) -> Softness:
 
 def _groups(area: Tensor) -> list[Tensor]:
     """Return the paths in groups whose boxes, of ``area`` [N] in canvases, have ``PROBE_AREA`` together."""
-    number = (area.cumsum(0) / PROBE_AREA).floor()
+    number = (area.cpu().cumsum(0) / PROBE_AREA).floor().to(area.device)
     return [(number == each).nonzero().flatten() for each in sorted(set(number.tolist()))]

@@ -120,10 +120,11 @@ def require_explained(regions: Regions, image: Floats32, unexplained_max: float)
         _require(_unexplained(regions, image), unexplained_max)
 
 
-def require_explained_parts(image: Floats32, unexplained_max: float) -> None:
+def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watch = UNWATCHED) -> None:
     """Refuse ``image`` [h, w, 3 or 4] if a few small parts of it leave far more unexplained than all of it may.
 
-    It takes a tenth of the time that the regions of a whole photo take. A small picture is not looked at.
+    It takes a tenth of the time that the regions of a whole photo take. A small picture is not looked at, and none once
+    the ``watch`` is over.
 
     Raises:
         NotFlatArtError: they leave more than `REGIONS.parts_factor` times as much.
@@ -133,10 +134,12 @@ def require_explained_parts(image: Floats32, unexplained_max: float) -> None:
         return
     found = []
     for k in range(count):
+        if watch.is_over():
+            return
         top, left = (int(max(size - side, 0) * (place + 0.5) / count)
                      for size, place in ((height, k), (width, 2 * k % count)))  # fmt: skip
         part = np.ascontiguousarray(image[top : top + side, left : left + side])
-        found.append(_unexplained(find_regions(part), part) ** 2)
+        found.append(_unexplained(find_regions(part, watch=watch), part) ** 2)
     _require(float(np.sqrt(np.mean(found))), REGIONS.parts_factor * unexplained_max)
 
 
