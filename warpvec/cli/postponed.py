@@ -29,10 +29,10 @@ POSTPONED = frozenset({
 
 
 _TORCH_MAX = (2, 13)
-"""The last version of torch with which commands are known to need nothing that its postponed modules do when loaded."""
+"""The last version of torch that was tried with postponed modules. Newer ones load all."""
 
 _COMPILERS = frozenset({"torch._dynamo", "torch._inductor"})
-"""Modules that need what the postponed ones do when they are loaded."""
+"""Torch's compilers. Before one is loaded, the postponed modules must have run."""
 
 
 def postpone() -> None:

@@ -1,9 +1,8 @@
-"""The picture before JPEG rounded it: of all pictures that become the given one, the one nearest to a drawing of it.
+"""Estimate a picture before JPEG rounded it, by a drawing of it.
 
-JPEG rounds the cosine transform of each block to multiples of steps, so that each value lies within half a step of what
-is stored. A drawing of the picture says what is likely there. Its values are kept where they are possible, and else
-moved to the nearest possible ones. Source: Zakhor, Iterative procedures for reduction of blocking effects in transform
-image coding, 1992.
+JPEG rounds the cosine transform of each block to multiples of steps. So each value was within half a step of the stored
+one. The transform of the drawing is moved into these ranges, and no farther. Source: Zakhor, Iterative procedures for
+reduction of blocking effects in transform image coding, 1992.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class JpegRounding:
     jpeg: Jpeg
 
     def nearest(self, drawn: Floats) -> Floats:
-        """Return the picture [h, w, 3] nearest to ``drawn`` [h, w, 3], in [0, 255], that becomes the decoded one."""
+        """Return ``drawn`` [h, w, 3], in [0, 255], moved as little as its values need to be in their ranges."""
         values = self._transformed(drawn)
         moves = []
         for value, stored, steps in zip(values, self._stored(values), self._steps, strict=True):

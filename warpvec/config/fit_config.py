@@ -59,26 +59,14 @@ def _check_gradients(name: str, value: object) -> float | str | None:
 
 def _check_threshold(name: str, value: object) -> str:
     """Return "auto", or the text of a whole level."""
-    if value == "auto" and isinstance(value, str):
-        return "auto"
-    try:
-        level = int(value) if isinstance(value, str) else value
-    except ValueError:
-        rule = f"must be auto or a level from 0 to {LEVEL_MAX}"
-        raise InputError(name, rule, show(value), "give one of these") from None
-    return str(check_count(name, level, 0, LEVEL_MAX))
+    rule = f"must be auto or a level from 0 to {LEVEL_MAX}"
+    return _auto_or_count(name, value, LEVEL_MAX, rule, "give one of these")
 
 
 def _check_soft(name: str, value: object) -> str:
     """Return "auto", or the text of a number of paths."""
-    if value == AUTO and isinstance(value, str):
-        return AUTO
-    try:
-        count = int(value) if isinstance(value, str) else value
-    except ValueError:
-        rule = f"must be auto or a whole number from 0 to {MAX_CURVES}"
-        raise InputError(name, rule, show(value), "give 0 for sharp paths only") from None
-    return str(check_count(name, count, 0, MAX_CURVES))
+    rule = f"must be auto or a whole number from 0 to {MAX_CURVES}"
+    return _auto_or_count(name, value, MAX_CURVES, rule, "give 0 for sharp paths only")
 
 
 def _check_line_width(name: str, value: object) -> str:
@@ -91,6 +79,17 @@ def _check_blur(name: str, value: object) -> str:
     """Return "auto", or the text of a standard deviation in pixels."""
     rule = f"must be auto or a standard deviation from 0 to {BLUR_MAX:g} pixels"
     return _auto_or_number(name, value, lambda deviation: 0.0 <= deviation <= BLUR_MAX, rule, "give 1.5")
+
+
+def _auto_or_count(name: str, value: object, most: int, rule: str, remedy: str) -> str:
+    """Return "auto", or the text of a whole number up to ``most``; ``rule`` and ``remedy`` are those of the error."""
+    if value == AUTO and isinstance(value, str):
+        return AUTO
+    try:
+        count = int(value) if isinstance(value, str) else value
+    except ValueError:
+        raise InputError(name, rule, show(value), remedy) from None
+    return str(check_count(name, count, 0, most))
 
 
 def _auto_or_number(name: str, value: object, is_allowed: Callable[[float], bool], rule: str, remedy: str) -> str:

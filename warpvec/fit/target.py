@@ -165,6 +165,14 @@ class Target:
         adjoints = self._renderer.adjoint(scene, ones)
         return torch.cat([adjoints.whole_color[:, 0], adjoints.background[:1]])
 
+    def whole_step(self, scene: Scene) -> Adjoints:
+        """Return what `fit_step` does, with all paths: it is repeated if a GPU had no room for them."""
+        adjoints = self.fit_step(scene, False)
+        if self.has_dropped():
+            self.make_room()
+            adjoints = self.fit_step(scene, False)
+        return adjoints
+
     def random_adjoints(self, scene: Scene, generator: torch.Generator) -> Iterator[Adjoints]:
         """Yield the adjoints of ``scene`` for an image of random signs, over each matte if there are any.
 

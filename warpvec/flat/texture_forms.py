@@ -9,6 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Mask
+from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.textures import TEXTURES
 
 
@@ -41,7 +42,7 @@ def _nearest_form(share: Floats) -> Floats | None:
 
 
 def _filled(share: Floats) -> Mask:
-    return np.asarray(ndimage.binary_fill_holes(share >= 1.0))
+    return with_filled_holes(share >= 1.0)
 
 
 def _distances(share: Floats, area: float) -> list[Floats]:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32, Integers32, Mask
+from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.mode_choice import Levels, changes
@@ -85,7 +86,7 @@ def _wide(is_other: Mask) -> Mask:
     square = np.ones((2 * reach + 1, 2 * reach + 1), bool)
     padded = np.pad(is_other, reach, mode="edge")
     core = ndimage.binary_opening(padded, square)[reach:-reach, reach:-reach]
-    return np.asarray(ndimage.binary_fill_holes(core))
+    return with_filled_holes(core)
 
 
 def _is_texture(is_part: Mask, change: Levels) -> bool:
@@ -116,4 +117,4 @@ def _with_edges(found: Mask, is_other: Mask) -> Mask:
     """Return ``found`` [h, w] with the pixels near it that are not drawn: mixed edges, and corners."""
     reach = TEXTURES.core_reach
     wider = ndimage.binary_dilation(found, np.ones((3, 3), bool), iterations=reach, mask=found | is_other)
-    return np.asarray(ndimage.binary_fill_holes(wider))
+    return with_filled_holes(wider)

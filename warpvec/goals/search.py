@@ -102,7 +102,7 @@ def check_possible(goal: Goal, encoding: Encoding) -> None:
 def within_limit(drawing: Drawing, goal: Goal, kept: Tensor | None = None) -> Drawing:
     """Return ``drawing`` without the paths of lowest removal cost, so many that it is within the largest value.
 
-    If that is too small for one path, or for the paths that stay, it gets as near as it can.
+    If one path, or the paths that stay, are larger, only these are left.
 
     Args:
         drawing: a fitted drawing.

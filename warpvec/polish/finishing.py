@@ -20,11 +20,10 @@ from warpvec.fit.target import Target
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.joints import with_lines
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.softness import SIGMA_MAX, Softness
+from warpvec.geometry.softness import SIGMA_MAX, SIGMA_MIN, Softness
 from warpvec.polish.descent import Descent
 from warpvec.polish.variables import Variables
 from warpvec.rendering.streams import on_warps_stream
-from warpvec.rendering.tile_renderer import Adjoints
 from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Part
 
@@ -107,7 +106,7 @@ class _Finish:
 
     def of(self, scene: Scene, soft_max: int | None) -> Scene:
         self._path_count = len(scene)
-        sharp = self._descended(_Fitted(scene, float(self._step(scene).loss)), self._turn)
+        sharp = self._descended(_Fitted(scene, float(self._target.whole_step(scene).loss)), self._turn)
         count = int(SOFT_SHARE * len(scene)) if soft_max is None else min(soft_max, len(scene))
         chosen = self._candidates(sharp.scene)[:count] if count and not self._is_over else None
         if chosen is None or not len(chosen):
@@ -125,17 +124,9 @@ class _Finish:
     def _is_over(self) -> bool:
         return self._part.is_stopped() or self._part.is_late()
 
-    def _with_softness(self, scene: Scene, softness: Softness | None) -> _Fitted:
+    def _with_softness(self, scene: Scene, softness: Softness) -> _Fitted:
         soft = replace(scene, softness=softness)
-        return _Fitted(soft, float(self._step(soft).loss))
-
-    def _step(self, scene: Scene) -> Adjoints:
-        """Return the loss of ``scene`` and its adjoints."""
-        adjoints = self._target.fit_step(scene, False)
-        if self._target.has_dropped():  # a GPU had no room for the paths
-            self._target.make_room()
-            adjoints = self._target.fit_step(scene, False)
-        return adjoints
+        return _Fitted(soft, float(self._target.whole_step(soft).loss))
 
     def _descended(self, begun: _Fitted, count: int, *, keeps_softness: bool = False) -> _Fitted:
         """Return the best drawing of ``count`` iterations from ``begun`` on."""
@@ -169,7 +160,7 @@ class _Finish:
             sigma[rows] = PROBE_SIGMA
             if self._is_over:
                 return rows[:0]
-            adjoints = self._step(replace(scene, softness=Softness(sigma)))
+            adjoints = self._target.whole_step(replace(scene, softness=Softness(sigma)))
             assert adjoints.softness is not None
             slope[rows] = adjoints.softness[rows]
         slope, area = slope.cpu(), area.cpu()  # where sorts and sums have one order
@@ -186,7 +177,7 @@ class _Finish:
 def _few_sigmas(softness: Softness) -> Softness:
     """Return ``softness`` with standard deviations of a series of short numbers: 1, 1.4, 2, 2.8 and so on."""
     steps = (softness.sigma.double().clamp_min(1e-6).log() / math.log(SIGMA_STEP)).round()
-    series = ((10.0 * SIGMA_STEP**steps).round() / 10.0).clamp(0.1, SIGMA_MAX)
+    series = ((10.0 * SIGMA_STEP**steps).round() / 10.0).clamp(SIGMA_MIN, SIGMA_MAX)
     return Softness(torch.where(softness.is_soft, series.to(softness.sigma.dtype), 0.0))
 
 

@@ -122,10 +122,7 @@ class Variables:
     def evaluate(self, x: Tensor) -> Evaluation:
         """Return the loss at ``x`` and its gradient. The gradient of fixed values is zero."""
         scene, segments = self._shown(x)
-        adjoints = self.target.fit_step(scene, False)
-        if self.target.has_dropped():  # a GPU had no room for the paths
-            self.target.make_room()
-            adjoints = self.target.fit_step(scene, False)
+        adjoints = self.target.whole_step(scene)
         return Evaluation(x, float(adjoints.loss), self._gradient(segments, adjoints))
 
     def strength(self, x: Tensor, probes: int, generator: torch.Generator) -> Tensor:

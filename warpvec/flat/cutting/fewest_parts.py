@@ -1,4 +1,4 @@
-"""Say outlines with few parts: neighbours that one curve, or one line, follows closely become that.
+"""Say outlines with few parts: one curve or line takes the place of neighbours that it follows closely.
 
 Where outlines of two paths nearly coincide, or slivers went to their neighbours, an edge is a row of short parts.
 """

@@ -1,4 +1,4 @@
-"""The extent of a layer: what it shows, and what it may cover beneath the layers above."""
+"""The extent of a layer: its visible area, and the area under higher layers that it may cover."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from warpvec.watch.watch import UNWATCHED, Watch
 def before_jpeg(
     image: Floats32, found: Regions, jpeg: Jpeg, min_area: float = 0.0, watch: Watch = UNWATCHED
 ) -> tuple[Floats32, Regions]:
-    """Return the picture before it was saved as JPEG [h, w, 3], and its regions; if that was poor, those given.
+    """Return the picture before it was saved as JPEG [h, w, 3], and its regions. Below ``jpeg_quality_min``, both stay.
 
     Args:
         image: the picture [h, w, 3], sRGB-encoded in [0, 1].

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, fit_shadow, moved_blur, shade_of
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
@@ -171,7 +172,7 @@ def _painted_holes(casters: Mask, near: Mask, is_ground: Mask) -> Mask:
 
     Through others one sees the shadow.
     """
-    labels, count = ndimage.label(ndimage.binary_fill_holes(casters) & ~casters)
+    labels, count = ndimage.label(with_filled_holes(casters) & ~casters)
     if not count:
         return np.zeros_like(casters)
     numbers = np.arange(1, count + 1)
