@@ -30,19 +30,50 @@ def neck_mouths(mapped: PlanarMap, owners: Integers) -> Floats:
         return np.zeros((0, 2, 2))
     places, along, row = _samples(mapped, order)
     mate = _mates(places, along, owners[mapped.face[order]][row])
+    outlines = _Outlines(loop[row])
     mouths = []
-    for first, last in _runs(mate >= 0, loop[row]):
+    for first, last in outlines.runs(mate >= 0):
         ends = np.array([first, last])
-        # Each side of a neck finds it.
-        is_tip = np.abs(mate[ends] - ends).min() <= _TIP_SAMPLES  # a spur
+        is_tip = outlines.steps(ends, mate[ends]).min() <= _TIP_SAMPLES  # a spur
         is_long = np.hypot(*(places[last] - places[first])) >= CUTTING.spur_length
-        if is_long and not is_tip and first < mate[first]:
+        # Each side of a neck finds it, and begins where the other ends.
+        if is_long and not is_tip and first < mate[last]:
             mouths += [[places[each], places[mate[each]]] for each in ends]
     return np.array(mouths).reshape(-1, 2, 2)
 
 
+class _Outlines:
+    """Samples in the order of their closed outlines.
+
+    Args:
+        loop: outline of each sample [S], in ascending order.
+    """
+
+    def __init__(self, loop: Integers) -> None:
+        self._loop = loop
+        begin, size = np.unique(loop, return_index=True, return_counts=True)[1:]
+        self._begin, self._size = begin[loop], size[loop]
+
+    def runs(self, is_narrow: Mask) -> list[tuple[int, int]]:
+        """Return the first and the last sample of each run of narrow ones; an outline without others has none."""
+        place = np.arange(len(is_narrow)) - self._begin
+        starts = np.flatnonzero(is_narrow & ~is_narrow[self._begin + (place - 1) % self._size])
+        stops = np.flatnonzero(is_narrow & ~is_narrow[self._begin + (place + 1) % self._size])
+        after = np.searchsorted(stops, starts)
+        ends = self._begin + self._size
+        is_over_seam = np.append(stops, len(self._loop))[after] >= ends[starts]
+        after[is_over_seam] = np.searchsorted(stops, self._begin[starts[is_over_seam]])
+        return list(zip(starts.tolist(), stops[after].tolist(), strict=True))
+
+    def steps(self, one: Integers, two: Integers) -> Integers:
+        """Return the number of samples from one to the other by the shorter way [n]; very many between outlines."""
+        gap = np.abs(one - two)
+        gap = np.minimum(gap, self._size[one] - gap)
+        return np.where(self._loop[one] == self._loop[two], gap, len(self._loop))
+
+
 def _in_order(following: Integers, is_kept: Mask) -> tuple[Integers, Integers]:
-    """Return the half-edges that are kept [n] in the order of their outlines, and the outline of each [n]."""
+    """Return the half-edges that are kept [n] in the order of their closed outlines, and the outline of each [n]."""
     after, waiting = following.tolist(), dict.fromkeys(np.flatnonzero(is_kept).tolist())
     order, loop, number = [], [], 0
     while waiting:
@@ -77,10 +108,3 @@ def _mates(places: Floats, along: Floats, owner: Integers) -> Integers:
     is_opposite = (along[near] * along[:, None]).sum(2) <= -CUTTING.spur_cosine
     faces = is_opposite & (((places[near] - places[:, None]) * inward[:, None]).sum(2) > 0.0)
     return np.where(faces.any(1), near[np.arange(len(near)), faces.argmax(1)], -1)
-
-
-def _runs(is_narrow: Mask, loop: Integers) -> list[tuple[int, int]]:
-    """Return the first and the last sample of each run of narrow ones on one outline."""
-    starts = is_narrow & ~(np.append(False, is_narrow[:-1]) & np.append(False, loop[1:] == loop[:-1]))
-    stops = is_narrow & ~(np.append(is_narrow[1:], False) & np.append(loop[1:] == loop[:-1], False))
-    return list(zip(np.flatnonzero(starts).tolist(), np.flatnonzero(stops).tolist(), strict=True))
