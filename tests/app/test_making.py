@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from io import StringIO
+
+import numpy as np
 import pytest
 
 from warpvec.app.export import encode
@@ -15,7 +18,7 @@ SQUARE = f'{HEAD}<rect fill="#00f" x="10" y="10" width="40" height="40"/></svg>'
 
 def test_without_the_extra_sheets_and_warnings_are_refused_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(packages, "find_spec", lambda name: None)
-    for ask in (lambda: encode(SQUARE, "zip"), lambda: cut_facts(SQUARE, "vinyl")):
+    for ask in (lambda: encode(SQUARE, "zip"), lambda: encode(SQUARE, "cut.dxf"), lambda: cut_facts(SQUARE, "vinyl")):
         with pytest.raises(InputError, match=r"need the packages of the extra cut.*pip install 'warpvec\[cut\]'"):
             ask()
 
@@ -27,6 +30,20 @@ def test_a_thin_line_tears_when_it_is_cut_but_a_pen_draws_it() -> None:
     assert cut_facts(line, "pen")["warnings"] == []
     with pytest.raises(InputError, match="machine must be one of vinyl, laser, pen, stencil"):
         cut_facts(line, "plough")
+
+
+def test_a_laser_cuts_an_edge_of_two_parts_once() -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    pytest.importorskip("shapely")
+    from ezdxf import path
+
+    two = f'{HEAD}<path fill="#f00" d="M10 10h20v30h-20z"/><path fill="#00f" d="M30 10h20v30h-20z"/></svg>'
+    lengths = {}
+    for kind in ("dxf", "cut.dxf"):
+        lines = ezdxf.read(StringIO(encode(two, kind).decode())).modelspace().query("LWPOLYLINE LINE")
+        points = (np.array([place.vec2 for place in path.make_path(each).flattening(0.1)]) for each in lines)
+        lengths[kind] = sum(float(np.hypot(*np.diff(each, axis=0).T).sum()) for each in points)
+    assert lengths == pytest.approx({"dxf": 200.0, "cut.dxf": 170.0}, abs=0.01)
 
 
 def squares(count: int) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
 from desk_browser import DeskPage, desk_fixture, desk_server_fixture  # noqa: F401  (fixtures)
-from desk_hands import press
+from desk_hands import HANDS, press
 from logo import logo
 from PIL import Image
 
@@ -126,6 +126,31 @@ def test_a_picture_found_to_be_a_photo_becomes_a_file_of_7_kilobytes(desk: DeskP
     assert found > 30
 
 
+def move_cross(desk: DeskPage, x: float, y: float) -> None:
+    """Move the cross for keys to the point x, y of the drawing."""
+    for (less, more), gap in zip((("Left", "Right"), ("Up", "Down")), desk.caret_gap(x, y), strict=True):
+        far, near = divmod(round(abs(gap)), 10)
+        arrow = f"Arrow{more if gap > 0 else less}"
+        for key in [arrow] * far + [f"Control+{arrow}"] * near:
+            desk.page.keyboard.press(key)
+
+
+def lasso(desk: DeskPage, way: str, *points: tuple[float, float]) -> None:
+    """Erase what lies within a line through ``points`` of the drawing, all of which are in view."""
+    page = desk.page
+    if way == "mouse":
+        page.locator("#tools label:has([value=lasso])").click()
+        desk.drag(*points)
+    else:
+        for key in ("c", "o"):
+            page.keyboard.press(key)
+        for number, point in enumerate(points):
+            move_cross(desk, *point)
+            if number in (0, len(points) - 1):
+                page.keyboard.press("Space")
+    page.wait_for_function("() => document.getElementById('message').textContent.startsWith('Erased')")
+
+
 class Mouse:
     """The steps of the removal of a person, without a key."""
 
@@ -164,11 +189,7 @@ class Keys:
 
     def delete_at(self, x: float, y: float) -> None:
         """Move the cross to the point, and click with it."""
-        for (less, more), gap in zip((("Left", "Right"), ("Up", "Down")), self.desk.caret_gap(x, y), strict=True):
-            far, near = divmod(round(abs(gap)), 10)
-            arrow = f"Arrow{more if gap > 0 else less}"
-            for key in [arrow] * far + [f"Control+{arrow}"] * near:
-                self.page.keyboard.press(key)
+        move_cross(self.desk, x, y)
         self.page.keyboard.press("Enter")
         self.page.keyboard.press("Delete")
 
@@ -201,3 +222,48 @@ def test_a_person_is_removed_and_the_wall_goes_on(desk: DeskPage, tmp_path: Path
     after = draw_like(save(desk, way).read_bytes(), wall)
     assert psnr(after, wall) > psnr(before, wall) + 5
     assert psnr(after, wall) > 24
+
+
+@pytest.mark.parametrize("way", HANDS)
+def test_a_person_is_cut_out_with_the_lasso_and_the_file_keeps_to_its_size(
+    desk: DeskPage, tmp_path: Path, way: str
+) -> None:
+    source = write_scene(tmp_path / "photo.png", person=True)
+    wall, hand = read_image(write_scene(tmp_path / "wall.png", person=False)), HANDS[way](desk)
+    if way == "mouse":
+        desk.page.locator("#set-mode label").nth(1).click()
+        desk.drag_slider("set-max_bytes", 4)
+    else:
+        press(desk, "set-mode", "ArrowRight")
+        press(desk, "set-max_bytes", *["ArrowRight"] * 4)
+    hand.choose(source)
+    desk.wait_for_status("done")
+    hand.turn_to("edit")
+    shown = desk.page.evaluate("() => warpvecView.drawingText()")
+    units = int(shown.split('viewBox="0 0 ')[1].split()[0]) / 160  # a short file has several in a pixel
+    lasso(desk, way, *((units * x, units * y) for x, y in ((62, 30), (98, 30), (98, 98), (62, 98), (62, 30))))
+    with desk.fitting():
+        hand.click("fit-again")
+    hand.turn_to("make")
+    saved = hand.save("svg")
+    assert saved.stat().st_size <= 7000
+    assert psnr(draw_like(saved.read_bytes(), wall), wall) > 24
+
+
+@pytest.mark.parametrize("way", HANDS)
+def test_a_scan_loses_its_paper_and_becomes_a_pdf(desk: DeskPage, tmp_path: Path, way: str) -> None:
+    pytest.importorskip("cairosvg")
+    rng, hand = np.random.default_rng(3), HANDS[way](desk)
+    scan = np.full((100, 140, 3), (236.0, 232.0, 220.0))
+    scan[20:80, 20:70], scan[40:60, 90:120] = (180, 40, 40), (30, 80, 160)
+    source = tmp_path / "scan.png"
+    Image.fromarray((scan + rng.normal(0, 1.5, scan.shape)).clip(0, 255).astype(np.uint8)).save(source)
+    hand.choose(source)
+    desk.wait_for_status("done")
+    assert desk.color(130, 10) != (255, 255, 255)
+    with desk.fitting():
+        hand.click("set-paper")
+    assert desk.color(130, 10) == (255, 255, 255)
+    saved = hand.save("svg").read_text()
+    assert 'id="background"' not in saved
+    assert hand.save("pdf").read_bytes().startswith(b"%PDF")

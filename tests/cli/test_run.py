@@ -62,7 +62,22 @@ def test_out_is_the_svg_beside_the_image_unless_given(photo: Path) -> None:
     assert_refused(invoke("run", photo.parent / "."), "IN must be")
     result = invoke("run", "-", stdin=before)
     assert_refused(result, "OUT must be given when IN is stdin; add a file name, or - for stdout")
+    assert_refused(invoke("run", "-", "--curves", 0, stdin=before), "--curves must be a whole number from 1")
+    assert_refused(invoke("run", "-", "--size", 90, stdin=before), "--size must have a unit")
     assert sorted(os.listdir(photo.parent)) == ["photo.png", "photo.svg"]
+
+
+def test_soft_paths_that_no_file_shows_are_left_out_and_a_number_without_effect_is_named(photo: Path) -> None:
+    pytest.importorskip("ezdxf")
+    dxf, svg = (photo.with_name(f"out.{kind}") for kind in ("dxf", "svg"))
+    made = invoke("run", photo, dxf, *QUICK, "--mode", "photo", "--write-config", photo.with_name("a.toml"))
+    assert made.exit_code == 0, made.output
+    assert 'soft = "0"' in photo.with_name("a.toml").read_text()
+    result = invoke("run", photo, svg, *QUICK, "--mode", "photo", "--soft", 2)
+    assert "no path is soft: short fits" in result.stdout
+    result = invoke("run", photo, svg, *QUICK, "--mode", "photo", "--soft", 2, "--target-psnr", 5)
+    assert "no path is soft: a fit to a quality has none" in result.stdout
+    assert "no path is soft" not in invoke("run", photo, svg, *QUICK, "--mode", "photo").stdout
 
 
 def test_a_default_out_replaces_only_files_of_warpvec(tmp_path: Path) -> None:

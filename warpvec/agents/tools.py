@@ -21,7 +21,7 @@ from warpvec.result import Result
 from warpvec.svg.document import MAX_SVG_BYTES, read_text
 from warpvec.svg.measure import evaluate
 from warpvec.writers.png import drawing_size
-from warpvec.writers.registry import check_suffix, encode
+from warpvec.writers.registry import check_suffix, encode, usual_settings
 from warpvec.writers.writer import Canvas, Target
 
 SECONDS_DEFAULT = 60.0
@@ -71,7 +71,7 @@ class Tools:
         source = self._folders.file(image, "image")
         target = self._target(out, overwrite)
         with self._turn:
-            return self._saved(vectorize(source, **self._with_usual(settings)), target)
+            return self._saved(vectorize(source, **self._with_usual({**usual_settings(target), **settings})), target)
 
     def refine(self, image: str, svg: str, out: str, settings: dict[str, Any], *, overwrite: bool) -> Answer:
         """Fit the drawing ``svg`` to the picture ``image``, as the file ``out``.

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from contextlib import suppress
 
-from warpvec.app.making import MEDIA_TYPE, sheets_zip
+from warpvec.app.making import MACHINE_FILES
 from warpvec.errors import InputError
 from warpvec.making.packages import can_make
 from warpvec.writers.png import canvas_of, drawing_size
 from warpvec.writers.registry import WRITERS
 from warpvec.writers.writer import Target
 
-MEDIA_TYPES = {suffix[1:]: writer.media_type for suffix, writer in WRITERS.items()} | {"zip": MEDIA_TYPE}
+MEDIA_TYPES = {suffix[1:]: writer.media_type for suffix, writer in WRITERS.items()}
+MEDIA_TYPES |= {kind: media_type for kind, (media_type, _) in MACHINE_FILES.items()}
 """Format -> the type that the answer states."""
 
 
@@ -22,7 +23,7 @@ def usable_formats() -> list[str]:
         with suppress(InputError):
             writer.check(f"drawing{suffix}", "format")
             found.append(suffix[1:])
-    return [*found, "zip"] if can_make() else found
+    return [*found, *MACHINE_FILES] if can_make() else found
 
 
 def encode(
@@ -43,7 +44,7 @@ def encode(
     if kind not in MEDIA_TYPES:
         raise InputError("format", f"must be one of {', '.join(MEDIA_TYPES)}", repr(kind), "reload the page")
     drawing_size(text)
-    if kind == "zip":
-        return sheets_zip(text)
+    if kind in MACHINE_FILES:
+        return MACHINE_FILES[kind][1](text)
     canvas = canvas_of(text, width, transparent=transparent) if kind == "png" else None
     return WRITERS[f".{kind}"].encode(text, Target(canvas, name=name))

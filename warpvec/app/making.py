@@ -1,7 +1,8 @@
-"""Make sheets of a drawing of the page, one for each colour, and say what may go wrong on a machine."""
+"""Make files of a drawing of the page for machines that cut, and say what may go wrong on them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 from zipfile import ZIP_DEFLATED, ZipFile
@@ -13,7 +14,8 @@ from warpvec.making.packages import check_packages
 if TYPE_CHECKING:
     from warpvec.making.parts import Sheet
 
-MEDIA_TYPE = "application/zip"
+SHEETS, EDGES = "zip", "cut.dxf"
+"""Formats for machines, which are the ends of file names too: a sheet for each colour, and each edge once."""
 
 PEN = "pen"
 
@@ -46,6 +48,26 @@ def sheets_zip(text: str) -> bytes:
         for number, (color, sheet) in enumerate(sheets.items(), 1):
             file.writestr(f"{number:02}-{color[1:]}.svg", sheet_text(sheet))
     return stream.getvalue()
+
+
+def edges_dxf(text: str) -> bytes:
+    """Return a DXF file in millimetres of the edges of the drawing ``text``: one that two parts share is cut once.
+
+    Raises:
+        InputError: the text is no drawing, or a package is missing.
+    """
+    check_packages("edges for lasers")
+    from warpvec.flat.cutting.edges_once import edges_once
+    from warpvec.making.dxf import encode_sheet
+
+    return encode_sheet(edges_once(text))
+
+
+MACHINE_FILES: dict[str, tuple[str, Callable[[str], bytes]]] = {
+    SHEETS: ("application/zip", sheets_zip),
+    EDGES: ("image/vnd.dxf", edges_dxf),
+}
+"""Format -> the type that an answer states, and what makes the bytes of the file of a drawing."""
 
 
 def cut_facts(text: str, machine: str) -> dict[str, Any]:

@@ -10,7 +10,9 @@ import click
 from click.core import ParameterSource
 
 from warpvec.cli.arguments import check_one_stdin, default_out
-from warpvec.cli.options import OPTION_NAMES, OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, SIZE_GOAL
+from warpvec.cli.options import (
+    OPTION_NAMES, OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, SIZE_GOAL, file_options, requested,
+)  # fmt: skip
 from warpvec.cli.paths import check_distinct_files
 from warpvec.config.kinds import Flag, Kind
 from warpvec.config.presets import PRESETS
@@ -57,7 +59,7 @@ class SettingsCommand(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Check the files and call the command, without the options that are dealt with here, --config and --opaque."""
         if "out" in ctx.params and ctx.params["out"] is None:
-            ctx.params["out"] = "-" if ctx.params.get("placeholder") else default_out(ctx.params["source"])
+            ctx.params["out"] = "-" if ctx.params.get("placeholder") else _default_out(ctx.params)
         check_distinct_files({label: ctx.params.get(name) for name, label in (_INPUTS | _OUTPUTS).items()})
         check_one_stdin({label: ctx.params.get(name) for name, label in _INPUTS.items()})
         del ctx.params["config_file"]
@@ -179,6 +181,20 @@ def _names(command: click.Command) -> dict[str, str]:
     flags = {flag: str(option.name) for option in options for flag in option.opts if flag.startswith("--")}
     named = {flag[2:].replace("-", "_"): name for flag, name in flags.items()}
     return {flag: name for flag, name in named.items() if name not in ("config_file", "write_config", "help_all")}
+
+
+def _default_out(options: dict[str, Any]) -> str:
+    """Return the path of the drawing of a command without OUT.
+
+    Raises:
+        InputError: as `default_out`, but a wrong value among the ``options`` comes first: it would be named next.
+    """
+    try:
+        return default_out(options["source"])
+    except InputError:
+        requested(options)
+        file_options(options)
+        raise
 
 
 def _apply_colors(ctx: click.Context) -> None:

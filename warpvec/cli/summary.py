@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.checks import counted, in_one_line
+from warpvec.config.fit_config import AUTO
 from warpvec.config.modes import MODES
 from warpvec.goals.goal import describe
-from warpvec.writers.registry import HARD_SUFFIXES, SVG_SUFFIXES, writer_of
+from warpvec.goals.registry import QUANTITIES
+from warpvec.writers.registry import SVG_SUFFIXES, writer_of
 
 if TYPE_CHECKING:
     from warpvec.result import Result
@@ -53,6 +55,7 @@ def end_fit(
             metrics["device_reason"] = reason
         elif reason is not None:
             metrics["device"] += f" ({reason})"
+        metrics |= {"soft_reason": why} if (why := _why_none_is_soft(result)) else {}
         print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
         ctx.exit(130)  # 128 + SIGINT, as shells have it
@@ -64,6 +67,20 @@ def _why_on_cpu(wanted: str, device: str, verbose: bool) -> str | None:
 
     reason = why_no_gpu() if (wanted, device) == ("auto", "cpu") else None
     return None if reason == NO_HARDWARE and not verbose else reason
+
+
+def _why_none_is_soft(result: Result) -> str | None:
+    """Return why a photo has no soft path although their number is given; None if it has some, or none is wanted."""
+    from warpvec.polish.finishing import planned_iterations
+
+    config, goal = result.config, result.goal_facts or {}
+    if config.mode != "photo" or config.soft in (AUTO, "0") or result.metrics["soft"]:
+        return None
+    if any(goal.get(name) is not None for name, each in QUANTITIES.items() if not each.is_of_text):
+        return "a fit to a quality has none"
+    if not planned_iterations(config):
+        return "short fits, and those with --lod, a palette, --colors or another renderer, have none"
+    return "none brings the drawing closer to the picture"
 
 
 _WIDTHS_SHOWN = 4
@@ -129,8 +146,10 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("the picture: {condition_words}")
     if metrics.get("not_kept"):
         lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
-    if metrics.get("soft") and writer_of(out).suffix in HARD_SUFFIXES:
+    if metrics.get("soft") and not writer_of(out).draws_blur:
         lines.append(f"not kept in {writer_of(out).suffix}: the blur of {counted(metrics['soft'], 'soft path')}")
+    if metrics.get("soft_reason"):
+        lines.append("no path is soft: {soft_reason}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]
     if removed:
         lines.append(f"{', '.join(removed)} removed")

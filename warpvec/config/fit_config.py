@@ -153,6 +153,7 @@ _MODE_STEPS = (Step(name, mode.label, mode.tooltip) for name, mode in MODES.item
 _MODE_CONTROL = Control("choice", "Kind of picture", "", (Step("auto", "Auto", "The picture decides"), *_MODE_STEPS))
 _DETAIL_TOOLTIP = "Photo: number of paths. Flat and mono: how closely outlines follow the picture"
 _CUTOUT_TOOLTIP = "Cut each path out of those below, as cutting plotters and screen printing need it. Only for flat art"
+_PAPER_TOOLTIP = "Nothing lies below what is drawn: the paper of a scan, or the ground of a logo. Not for photos"
 _OPAQUE_TOOLTIP = "Make no path translucent: simpler to edit and to print"
 _GRADIENTS_TOOLTIP = "Share of the paths that change smoothly from one colour to another. Only for photos"
 
@@ -231,6 +232,7 @@ class CoreSettings:
         "auto", Choice(("auto", "keep", "remove")),
         "Flat, mono: paper below the drawing: keep (white), remove (transparent), or auto.", KIND,
         modes=("flat", "mono"), stated="if used",
+        page=tick("Leave out the paper", _PAPER_TOOLTIP, "auto", "remove"),
     )  # fmt: skip
     """"keep": the drawing lies on white paper; coloured grounds stay. "remove": nothing lies below it. "auto": flat art
     has the ground of the picture, and black and white art has none."""

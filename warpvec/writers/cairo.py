@@ -47,4 +47,4 @@ def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
             rule = f"must be one that CairoSVG can write as {suffix}"
             raise InputError("SVG", rule, f"an error ({error})", "save it as SVG") from None
 
-    return Writer(suffix, media_type, encode, load)
+    return Writer(suffix, media_type, encode, load, draws_blur=False)

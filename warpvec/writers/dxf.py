@@ -26,4 +26,4 @@ def _encode(svg: str, target: Target) -> bytes:
     return encode_sheet(read_parts(svg, target.per_inch), splines=target.splines)
 
 
-WRITER = Writer(".dxf", "image/vnd.dxf", _encode, _check)
+WRITER = Writer(".dxf", "image/vnd.dxf", _encode, _check, draws_blur=False)

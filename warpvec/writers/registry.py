@@ -21,10 +21,6 @@ WRITERS: dict[str, Writer] = {writer.suffix: writer for writer in _FOUND}
 SVG_SUFFIXES = (svg.WRITER.suffix, svgz.WRITER.suffix)
 """Suffixes of files that hold the text of the SVG."""
 
-
-HARD_SUFFIXES = (".pdf", ".eps", ".dxf")
-"""Suffixes of files that draw soft paths sharp: CairoSVG does not know the filter, and a knife cuts no blur."""
-
 PAGE_SUFFIXES = (*SVG_SUFFIXES, ".jsx")
 """Suffixes of files that web pages include as text."""
 
@@ -32,6 +28,11 @@ PAGE_SUFFIXES = (*SVG_SUFFIXES, ".jsx")
 def writer_of(path: str | os.PathLike[str]) -> Writer:
     """Return the writer for the suffix of ``path``, in any case; that of SVG for an unknown one, as of a device."""
     return WRITERS.get(Path(path).suffix.lower(), svg.WRITER)
+
+
+def usual_settings(path: str | os.PathLike[str]) -> dict[str, str]:
+    """Return the settings, by name, that suit a drawing that becomes the file ``path``, unless others are given."""
+    return {} if writer_of(path).draws_blur else {"soft": "0"}
 
 
 def check_suffix(path: str | os.PathLike[str], name: str) -> None:

@@ -50,9 +50,12 @@ class Writer:
         encode: returns the bytes of the file of an SVG text for a target.
         check: raises InputError if a package or library that the writer needs is missing. It gets the path of the file
             and its name in messages.
+        draws_blur: whether the file shows the blur of soft paths. Others draw them sharp, which looks worse than paths
+            that are sharp in the drawing: CairoSVG does not know the filter, and a knife cuts no blur.
     """
 
     suffix: str
     media_type: str
     encode: Callable[[str, Target], bytes]
     check: Callable[[str, str], object] = lambda path, name: None
+    draws_blur: bool = True

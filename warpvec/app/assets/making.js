@@ -10,8 +10,8 @@ const MACHINES = {
     words: "A sheet for each colour, with marks to lay them on each other and a border to peel along.",
   },
   laser: {
-    settings: { mode: "flat", cutout: true }, format: "dxf",
-    words: "Parts that do not overlap, with a layer for each colour, in millimetres.",
+    settings: { mode: "flat", cutout: true }, format: "cut.dxf",
+    words: "The lines between the parts, in millimetres. A line that two parts share is cut once. Save as DXF has closed parts, with a layer for each colour.",
   },
   pen: {
     settings: { mode: "lines", cutout: false }, format: "svg",
@@ -22,6 +22,9 @@ const MACHINES = {
     words: "One shape. It has no bridges: what lies inside of a hole falls out.",
   },
 };
+
+/** Formats -> what the button says that it saves, if it is not the format. @type {Record<string, string>} */
+const SAVED = { zip: "sheets", "cut.dxf": "lines as DXF" };
 
 export class MakePanel {
   constructor(desk) {
@@ -80,7 +83,7 @@ export class MakePanel {
     find("make-box").hidden = !machine;
     if (!machine) return;
     setText("make-text", MACHINES[machine].words);
-    setText("make-save", `Save ${MACHINES[machine].format === "zip" ? "sheets" : MACHINES[machine].format.toUpperCase()}`);
+    setText("make-save", `Save ${SAVED[MACHINES[machine].format] ?? MACHINES[machine].format.toUpperCase()}`);
     const { current, panel, server, view } = this.desk;
     const isDrawn = Boolean(current?.newest) && !current.isBusy && panel.isAt(MACHINES[machine].settings, view.facts.positions);
     const isReady = isDrawn && server.isOnline;

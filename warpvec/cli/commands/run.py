@@ -16,12 +16,12 @@ from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile, write_config
 from warpvec.cli.signals import listener
 from warpvec.cli.summary import end_fit
-from warpvec.config.fit_config import AUTO, MACHINE_SETTINGS
+from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.goals.goal import refuse_states
-from warpvec.writers.registry import HARD_SUFFIXES
+from warpvec.writers.registry import usual_settings
 
 if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
@@ -69,9 +69,8 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
         run_placeholder(ctx, source, out, options)
         return
     gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
-    config, goal = requested({**options, "gzip": gzip})
-    if config.soft == AUTO and Path(out).suffix.lower() in HARD_SUFFIXES:
-        config = replace(config, soft="0")
+    usual = {name: value for name, value in usual_settings(out).items() if options[name] is None}
+    config, goal = requested({**options, **usual, "gzip": gzip})
     _check_outputs(out, options, goal)
     check_cutting(options)
     config = _with_mode_of_checkpoints(config, options)
