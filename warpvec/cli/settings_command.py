@@ -11,7 +11,15 @@ from click.core import ParameterSource
 
 from warpvec.cli.arguments import check_one_stdin, default_out
 from warpvec.cli.options import (
-    OPTION_NAMES, OPTIONS, OTHER_DEFAULTS, RARE, REFUSED, SECTIONS, SIZE_GOAL, file_options, requested,
+    OPTION_NAMES,
+    OPTIONS,
+    OTHER_DEFAULTS,
+    RARE,
+    REFUSED,
+    SECTIONS,
+    SIZE_GOAL,
+    file_options,
+    requested,
 )  # fmt: skip
 from warpvec.cli.paths import check_distinct_files
 from warpvec.config.kinds import Flag, Kind

@@ -9,7 +9,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
-from warpvec.polish.polish import polish
+from warpvec.polish.polish import VALUES_EXACT_MAX, polish
 from warpvec.watch.watch import Watch
 
 
@@ -24,6 +24,7 @@ class Rounds:
         iterations: most iterations of all rounds together.
         free: as in `warpvec.polish.polish.polish`.
         locked: paths [N] (bool) that keep their form and paint; None for none.
+        exact: take damped Gauss-Newton steps if the drawing is small enough; otherwise steps by gradients.
     """
 
     target: Target
@@ -32,6 +33,7 @@ class Rounds:
     iterations: int
     free: bool = False
     locked: Tensor | None = None
+    exact: bool = True
 
     @property
     def was_interrupted(self) -> bool:
@@ -57,4 +59,8 @@ class Rounds:
         part = self.watch.part(planned=self.iterations)
         count = left if iterations is None else min(iterations, left)
         compared = self.target if target is None else target
-        return polish(compared, scene, self.config, part, iterations=count, free=self.free, locked=self.locked).scene
+        most = VALUES_EXACT_MAX if self.exact else 0
+        return polish(
+            compared, scene, self.config, part, iterations=count, free=self.free, values_exact_max=most,
+            locked=self.locked,
+        ).scene  # fmt: skip

@@ -29,6 +29,7 @@ def polish_drawing(
     *,
     free: bool = False,
     locked: Tensor | None = None,
+    exact: bool = True,
 ) -> Drawing:
     """Fit ``start``, in pixels of the picture, and return it or what was fitted, whichever is better.
 
@@ -44,13 +45,14 @@ def polish_drawing(
         iterations: most iterations.
         free: as in `warpvec.polish.polish.polish`.
         locked: paths [N] (bool) that keep their form and paint; None for none.
+        exact: as in `Rounds`.
     """
     settings, picture = encoding.settings, encoding.picture
     device = resolve_device(settings.device)
     begun = _with_opacity(_on_canvas(start.scaled(*picture.reduction), picture.is_transparent), settings.opacity)
     with watch:
         target = Target(torch.from_numpy(picture.reduced), settings, device, picture.blur)
-        rounds = Rounds(target, settings, watch, iterations, free, locked)
+        rounds = Rounds(target, settings, watch, iterations, free, locked, exact)
         fitted = polish_with_gradients(begun, rounds) if settings.gradients else rounds.polished(begun)
         drawing = polish_as_drawn(Drawing.of(fitted, encoding, device), rounds)
     first = Drawing.of(begun, encoding, device)
