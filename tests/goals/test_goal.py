@@ -59,6 +59,9 @@ def test_the_facts_of_a_goal_are_one_line() -> None:
     assert facts["trials"][0] == {"curves": 60, "bytes": 10_000, "psnr": 25.0}
     line = "goal: 10,000 of 10,000 gzipped bytes; 30 dB not reached"
     assert describe(facts) == line
+    assert describe({**facts, "curves_max": 90}).endswith(
+        "; all 90 paths of --curves are used, and more would come closer"
+    )
     reached = make_facts(make_goal(target_psnr=30.0), [trial(psnr=30.1)], trial(psnr=30.1))
     assert reached["met"] and describe(reached) == "goal: 30 dB reached"
     assert "as many paths as pay" in describe(make_facts(make_goal(auto=True), [trial()], trial()))

@@ -50,6 +50,13 @@ def test_one_fit_uses_nearly_all_bytes(result: warpvec.Result) -> None:
     assert 0.97 * SIZE <= len(result.svg().encode()) <= SIZE
 
 
+@pytest.mark.parametrize(("most", "limit"), [(9, 9), (None, None)])
+def test_the_facts_say_if_the_number_of_paths_was_the_limit(most: int | None, limit: int | None) -> None:
+    more = {} if most is None else {"curves": most}
+    found = warpvec.vectorize(_photo(36, 24), max_bytes=1500, **{**QUICK, "iterations": 20}, **more)
+    assert found.goal_facts is not None and found.goal_facts["curves_max"] == limit
+
+
 def test_the_last_iterations_draw_what_is_written(result: warpvec.Result) -> None:
     step = result.encoding.grid_step
     assert step is not None

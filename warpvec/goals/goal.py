@@ -145,4 +145,6 @@ def with_curves(settings: dict[str, Any], curves: int | str | None, goal: Goal) 
 def describe(facts: Mapping[str, Any]) -> str:
     """Return the facts of `warpvec.goals.search.make_facts` as one line of text."""
     parts = [quantity.describe(facts) for name, quantity in QUANTITIES.items() if facts[name] is not None]
+    if facts.get("curves_max") is not None:
+        parts.append(f"all {facts['curves_max']:,} paths of --curves are used, and more would come closer")
     return f"goal: {'; '.join(parts) or 'as many paths as pay'}"

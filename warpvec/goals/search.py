@@ -19,6 +19,9 @@ from warpvec.files import text_bytes
 from warpvec.goals.goal import Goal
 from warpvec.goals.registry import QUANTITIES
 
+FULL_SHARE = 0.95
+"""Share of the largest size from which on a file uses it up: files use 97.5 to 100 % of it."""
+
 
 class Trial(NamedTuple):
     """Figures of a drawing of a search.
@@ -83,6 +86,16 @@ def meet(goal: Goal, knob: Knob) -> Drawing:
     best = _chosen(goal, knob, trials)
     drawing, trial = _cut(drawings[best], trials[best], goal, knob, trials)
     return replace(drawing, goal_facts=make_facts(goal, trials, trial))
+
+
+def with_path_limit(drawing: Drawing, most: int) -> Drawing:
+    """Return the ``drawing`` of a search; its facts have ``most`` if more paths would have come closer to the goal."""
+    facts = drawing.goal_facts
+    assert facts is not None
+    has_room = facts["max_bytes"] is None or facts["bytes"] < FULL_SHARE * facts["max_bytes"]
+    is_wanted = bool(facts["max_bytes"]) if facts["met"] else True
+    is_limit = drawing.encoding.settings.curves >= most and has_room and is_wanted
+    return replace(drawing, goal_facts={**facts, "curves_max": most if is_limit else None})
 
 
 def check_possible(goal: Goal, encoding: Encoding) -> None:

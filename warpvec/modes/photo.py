@@ -17,7 +17,7 @@ from warpvec.fit.state import Saving, digest
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import Scene
 from warpvec.goals.goal import refuse_states
-from warpvec.goals.search import meet
+from warpvec.goals.search import meet, with_path_limit
 from warpvec.modes.path_count import PathCount
 from warpvec.modes.request import Request
 from warpvec.polish.finishing import finish, planned_iterations
@@ -60,7 +60,7 @@ class Photo:
         fits = PhotoFits(request, self.resume, self.saving)
         if not request.goal:
             return fits.finished(fits.once(settings, start, request.watch.part()))
-        return meet(request.goal, PathCount(request, fits, start))
+        return with_path_limit(meet(request.goal, PathCount(request, fits, start)), settings.curves)
 
 
 def _with_free_opacity(request: Request) -> Request:
