@@ -11,7 +11,7 @@ const MACHINES = {
   },
   laser: {
     settings: { mode: "flat", cutout: true }, format: "cut.dxf",
-    words: "The lines between the parts, in millimetres. A line that two parts share is cut once. For closed parts, with a layer for each colour, choose DXF below.",
+    words: "The lines between the parts, in millimetres; one that two parts share is cut once. DXF below has closed parts.",
   },
   pen: {
     settings: { mode: "lines", cutout: false }, format: "svg",
