@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,21 @@ torch.set_num_threads(1)
 take_default_signals()  # here and not in each test: what tests start inherits it
 
 NO_CUDA = why_no_cuda()
+
+TESTS = Path(__file__).parent
+
+SCALAR_IS_SLOW = [TESTS / name for name in ("paper", "paper/stages", "rendering")]
+"""Folders in which tests of the form of kernels for GPUs are slow. It has the same source as the CPU's form, which the
+fast tests of these folders run; in `rendering/stages` both forms of each kernel are tested fast."""
+
+
+@pytest.hookimpl(tryfirst=True)  # before -m selects
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests of the form of kernels for GPUs as slow in some folders: a tenth of the time of the fast tests."""
+    for item in items:
+        call = getattr(item, "callspec", None)
+        if call is not None and call.params.get("backend") == "scalar" and item.path.parent in SCALAR_IS_SLOW:
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.hookimpl(wrapper=True)
