@@ -180,3 +180,21 @@ def test_what_may_go_wrong_with_a_drawing_is_not_said_of_the_next_one(
     page.locator("#make-warnings li").first.wait_for()
     assert page.evaluate("() => window.lists") == 1
     desk.close()
+
+
+def test_each_value_of_a_slider_stands_in_one_line_beside_it(
+    browser, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = DeskPage(browser, quick_server, tmp_path)
+    found = desk.page.evaluate("""() => [...document.querySelectorAll("#desk input[type=range]")].flatMap((slider) => {
+        const text = document.getElementById(`${slider.id}-text`);
+        return Array.from({ length: Number(slider.max) + 1 }, (_, step) => {
+            slider.value = step;
+            slider.dispatchEvent(new Event("input"));
+            const lines = text.getClientRects().length && text.scrollHeight / parseFloat(getComputedStyle(text).lineHeight);
+            return { text: text.textContent, lines, isWide: text.scrollWidth > text.clientWidth, slider: slider.clientWidth };
+        });
+    })""")
+    assert len(found) > 50
+    assert [each["text"] for each in found if each["lines"] > 1.5 or each["isWide"] or each["slider"] < 120] == []
+    desk.close()
