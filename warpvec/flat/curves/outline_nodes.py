@@ -156,9 +156,15 @@ def _where_sharp(turn: Floats, far: Side, near: Side) -> Side:
 
 def _side(xy: Floats, sign: int, gap: int, chosen: Integers | None = None) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) the ``chosen`` samples, beyond the gap."""
+    places = np.arange(len(xy)) if chosen is None else chosen
+    starts = range(0, max(len(places), 1), CURVES.sides_at_once)
+    parts = [_side_of(xy, sign, gap, places[start : start + CURVES.sides_at_once]) for start in starts]
+    return parts[0] if len(parts) == 1 else Side(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _side_of(xy: Floats, sign: int, gap: int, places: Integers) -> Side:
     count = len(xy)
     long = min(CURVES.long_side, max(CURVES.short_side, count // 6))
-    places = np.arange(count) if chosen is None else chosen
     rows = (places + sign * np.arange(gap, gap + long)[:, None]) % count
     near = np.ascontiguousarray(xy.T[:, rows])  # [2, long, n]: einsum is ten times as fast along long rows
     offsets = np.arange(long)

@@ -125,15 +125,14 @@ def _first_parameters(rows: Floats, length: Floats) -> Floats:
 
 def _shortest(parts: list[CurvePart], joints: _Joints, start: int, count: int) -> list[CurvePart]:
     """Return the fewest parts of a chain of ``count`` parts from ``start`` on."""
-    best: list[tuple[int, list[CurvePart]]] = [(0, [])]
-    for stop in range(start + 1, start + count + 1):
-        here, chosen = best[-1]
-        options = [(here + 1, (chosen, parts[stop - 1]))]
-        for size in range(2, min(CUTTING.joined_max, stop - start) + 1):
-            joint = joints.get((stop - size, size))
-            if joint is not None:
-                before, way = best[-size]
-                options.append((before + 1, (way, joint)))
-        total, (way, part) = min(options, key=lambda each: each[0])
-        best.append((total, [*way, part]))
-    return best[-1][1]
+    fewest, sizes = [0], [0]  # the number of parts up to each place, and how many parts the last of them replaces
+    for stop in range(1, count + 1):
+        joined = (size for size in range(2, min(CUTTING.joined_max, stop) + 1) if (start + stop - size, size) in joints)
+        sizes.append(min((1, *joined), key=lambda size: fewest[stop - size]))
+        fewest.append(fewest[stop - sizes[-1]] + 1)
+    chosen, stop = list[CurvePart](), start + count
+    while stop > start:
+        size = sizes[stop - start]
+        stop -= size
+        chosen.append(parts[stop] if size == 1 else joints[stop, size])
+    return chosen[::-1]
