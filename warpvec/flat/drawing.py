@@ -155,14 +155,15 @@ class FlatDrawing:
     def _found(self) -> tuple[Tensor, Regions]:
         """The picture before it was saved as JPEG, and its regions."""
         image, may_refuse = self.image.numpy(), self.unexplained_max is not None
+        watch = self.watch.ahead(DRAWING.share_after_tracing)
         if self.unexplained_max is not None:
-            require_explained_parts(image, self.unexplained_max, self.watch)
-        found = find_regions(image, self.config.min_area, self.watch, may_refuse)
+            require_explained_parts(image, self.unexplained_max, watch)
+        found = find_regions(image, self.config.min_area, watch, may_refuse)
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max)
         if self.jpeg is None or self.image.shape[2] == 4:
             return self.image, found
-        before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, self.watch)
+        before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, watch)
         return torch.from_numpy(before), found
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:

@@ -160,6 +160,10 @@ class RegionConstants:
     candidate_count: int = 4
     """Nearest regions of a pixel whose mixes are compared. More than four hardly meet within three pixels."""
 
+    pixels_at_once: int = 8192
+    """Pixels whose mixes are found together: their arrays stay in the processor's cache, and a megapixel of noise takes
+    little memory."""
+
     mix_distance_cost: float = 0.25 / 255
     """Residual that a mix with a region at one pixel more of squared distance must save: where colours lie on one line,
     many pairs explain a pixel, and the nearest do in truth."""

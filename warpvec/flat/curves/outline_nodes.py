@@ -80,11 +80,21 @@ def roughness(samples: Samples) -> Floats:
     found = []
     for start, stop in pairwise(samples.first):
         xy = samples.xy[start:stop]
-        rows = (np.arange(len(xy))[:, None] + np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1)) % len(xy)
-        off = np.einsum("l,nlc->nc", weights, xy[rows]) - xy
+        off = np.concatenate([_off_parabolas(xy, weights, places) for places in _blocks(np.arange(len(xy)))])
         quartile = float(np.quantile(np.hypot(off[:, 0], off[:, 1]), 0.25))
         found.append(quartile if len(xy) >= CURVES.rough_samples_min else 0.0)
     return np.array(found)
+
+
+def _off_parabolas(xy: Floats, weights: Floats, places: Integers) -> Floats:
+    """Return how far the parabolas around ``places`` of a loop, by their ``weights`` [2 reach + 1], are from it."""
+    rows = (places[:, None] + np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1)) % len(xy)
+    return np.einsum("l,nlc->nc", weights, xy[rows]) - xy[places]
+
+
+def _blocks(places: Integers) -> list[Integers]:
+    """Return ``places`` in the parts that are looked at together; at least one part."""
+    return [places[start : start + CURVES.samples_at_once] for start in range(0, max(len(places), 1), CURVES.samples_at_once)]
 
 
 def find_nodes(samples: Samples) -> Nodes:
@@ -157,8 +167,7 @@ def _where_sharp(turn: Floats, far: Side, near: Side) -> Side:
 def _side(xy: Floats, sign: int, gap: int, chosen: Integers | None = None) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) the ``chosen`` samples, beyond the gap."""
     places = np.arange(len(xy)) if chosen is None else chosen
-    starts = range(0, max(len(places), 1), CURVES.sides_at_once)
-    parts = [_side_of(xy, sign, gap, places[start : start + CURVES.sides_at_once]) for start in starts]
+    parts = [_side_of(xy, sign, gap, part) for part in _blocks(places)]
     return parts[0] if len(parts) == 1 else Side(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 
