@@ -189,10 +189,11 @@ class FlatDrawing:
         return replace(scene, background=background.clone(), transparent=False)
 
     def _polished(self, scene: Scene, iterations: int) -> Scene:
-        if not len(scene) or self.watch.is_over():
+        has_many = scene.segments.numel() > DRAWING.many_values
+        if not len(scene) or self.watch.ahead(DRAWING.share_after_long_fit if has_many else 0.0).is_over():
             return scene
         is_small = len(scene) <= PATHS_EXACT_MAX and scene.segments.numel() <= SIMPLIFICATION.values_exact_max
-        if scene.segments.numel() > DRAWING.many_values:
+        if has_many:
             iterations //= 2
         steps = iterations if is_small else DRAWING.gradient_steps * iterations
         count = min(steps, self.config.iterations)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, blocks
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.stroke_ends import stroke_ends
 
@@ -80,7 +80,8 @@ def roughness(samples: Samples) -> Floats:
     found = []
     for start, stop in pairwise(samples.first):
         xy = samples.xy[start:stop]
-        off = np.concatenate([_off_parabolas(xy, weights, places) for places in _blocks(np.arange(len(xy)))])
+        parts = blocks(len(xy), CURVES.samples_at_once)
+        off = np.concatenate([_off_parabolas(xy, weights, np.arange(part.start, part.stop)) for part in parts])
         quartile = float(np.quantile(np.hypot(off[:, 0], off[:, 1]), 0.25))
         found.append(quartile if len(xy) >= CURVES.rough_samples_min else 0.0)
     return np.array(found)
@@ -90,11 +91,6 @@ def _off_parabolas(xy: Floats, weights: Floats, places: Integers) -> Floats:
     """Return how far the parabolas around ``places`` of a loop, by their ``weights`` [2 reach + 1], are from it."""
     rows = (places[:, None] + np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1)) % len(xy)
     return np.einsum("l,nlc->nc", weights, xy[rows]) - xy[places]
-
-
-def _blocks(places: Integers) -> list[Integers]:
-    """Return ``places`` in the parts that are looked at together; at least one part."""
-    return [places[start : start + CURVES.samples_at_once] for start in range(0, max(len(places), 1), CURVES.samples_at_once)]
 
 
 def find_nodes(samples: Samples) -> Nodes:
@@ -167,7 +163,7 @@ def _where_sharp(turn: Floats, far: Side, near: Side) -> Side:
 def _side(xy: Floats, sign: int, gap: int, chosen: Integers | None = None) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) the ``chosen`` samples, beyond the gap."""
     places = np.arange(len(xy)) if chosen is None else chosen
-    parts = [_side_of(xy, sign, gap, part) for part in _blocks(places)]
+    parts = [_side_of(xy, sign, gap, places[part]) for part in blocks(len(places), CURVES.samples_at_once)]
     return parts[0] if len(parts) == 1 else Side(*(np.concatenate(values) for values in zip(*parts, strict=True)))
 
 

@@ -13,6 +13,7 @@ from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.curves.cubic_fitting import fit_cubics
+from warpvec.watch.watch import UNWATCHED, Watch
 
 _RATIO_MAX = 4.0
 """Largest factor by which handles may say another ratio of two parts than their lengths: tiny handles say nothing."""
@@ -29,14 +30,14 @@ class CurvePart(NamedTuple):
         return CurvePart(self.cubic[::-1], self.is_line)
 
 
-def fewest_parts(chains: list[list[CurvePart]]) -> list[list[CurvePart]]:
+def fewest_parts(chains: list[list[CurvePart]], watch: Watch = UNWATCHED) -> list[list[CurvePart]]:
     """Return ``chains`` of consecutive parts, each with as few as stay within ``CUTTING.joined_error`` of it.
 
-    The ends of chains stay. Parts that are not joined stay as they are.
+    The ends of chains stay. Parts that are not joined stay as they are, and so do all once the ``watch`` is over.
     """
     parts = [part for chain in chains for part in chain]
     counts = np.array([len(chain) for chain in chains], np.int64)
-    if not len(parts):
+    if not len(parts) or watch.is_over():
         return chains
     left = np.repeat(counts, counts) - counted(counts)
     joints = _joints(np.stack([part.cubic for part in parts]), np.array([part.is_line for part in parts]), left)

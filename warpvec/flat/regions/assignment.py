@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats32, Integers32, Mask, Places
+from warpvec.arrays import Floats32, Integers32, Mask, Places, blocks
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
@@ -82,8 +82,9 @@ def unmix(
     """
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
     nearest = _NearestAnchors(assignment.anchors)
-    for first in range(0, len(rows), REGIONS.pixels_at_once):
-        part = slice(first, first + REGIONS.pixels_at_once)
+    if len(rows) == 0:
+        return
+    for part in blocks(len(rows), REGIONS.pixels_at_once):
         _unmix_pixels(
             assignment, rows[part], columns[part], nearest, picture, paints, tolerances, canvas, radius, wider
         )
@@ -128,9 +129,7 @@ class _NearestAnchors:
     @cached_property
     def labels(self) -> Integers32:
         """The nearest of the ``anchors`` [h, w] to each pixel."""
-        row, column = ndimage.distance_transform_edt(
-            self.anchors == NONE, return_distances=False, return_indices=True
-        )
+        row, column = ndimage.distance_transform_edt(self.anchors == NONE, return_distances=False, return_indices=True)
         return np.asarray(self.anchors[row, column])
 
 
