@@ -129,10 +129,10 @@ class FlatDrawing:
         """
         fine = detail * (DRAWING.small_detail if self.is_small else 1.0)
         scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
-        if not watch.is_over():
+        if not self._is_late(scene):
             fewer, loop_count = remove_paths(scene, self.critic, watch, fine)
             scene, left_out = fewer, {"path": len(scene) - len(fewer), "loop": loop_count}
-        if len(scene) and not watch.is_over():
+        if len(scene) and not self._is_late(scene):
             count = len(scene.segments)
             scene = simplify(scene, self.critic, watch, fine)
             left_out["node"] = count - len(scene.segments)
@@ -188,12 +188,16 @@ class FlatDrawing:
         background = scene.color[0] if len(scene) else torch.ones(3)
         return replace(scene, background=background.clone(), transparent=False)
 
-    def _polished(self, scene: Scene, iterations: int) -> Scene:
+    def _is_late(self, scene: Scene) -> bool:
+        """Return whether the time is over, or too short for a step with the very many coordinates of ``scene``."""
         has_many = scene.segments.numel() > DRAWING.many_values
-        if not len(scene) or self.watch.ahead(DRAWING.share_after_long_fit if has_many else 0.0).is_over():
+        return self.watch.ahead(DRAWING.share_after_long_steps if has_many else 0.0).is_over()
+
+    def _polished(self, scene: Scene, iterations: int) -> Scene:
+        if not len(scene) or self._is_late(scene):
             return scene
         is_small = len(scene) <= PATHS_EXACT_MAX and scene.segments.numel() <= SIMPLIFICATION.values_exact_max
-        if has_many:
+        if scene.segments.numel() > DRAWING.many_values:
             iterations //= 2
         steps = iterations if is_small else DRAWING.gradient_steps * iterations
         count = min(steps, self.config.iterations)

@@ -45,8 +45,8 @@ class CurveConstants:
     short one where the outline turns again soon."""
 
     samples_at_once: int = 4096
-    """Samples and vertices whose neighbours are looked at together: their arrays stay in the processor's cache, which takes a
-    third of the time for an outline of a million samples."""
+    """Samples and vertices whose neighbours are looked at together: their arrays stay in the processor's cache, which
+    takes a third of the time for an outline of a million samples."""
 
     parabola_residual_max: float = 0.08
     """Largest mean distance in pixels of a parabola from the samples that it is trusted with."""
