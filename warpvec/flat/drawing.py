@@ -19,7 +19,13 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import Regions, find_regions, require_explained, require_explained_parts
+from warpvec.flat.regions.regions import (
+    Regions,
+    find_regions,
+    require_explained,
+    require_explained_parts,
+    require_few_edges,
+)
 from warpvec.flat.regions.small_text import small_word_count
 from warpvec.flat.regions.unrounded import before_jpeg
 from warpvec.flat.scene_building import scene_of
@@ -161,6 +167,7 @@ class FlatDrawing:
         found = find_regions(image, self.config.min_area, watch, may_refuse)
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max)
+            require_few_edges(found)
         if self.jpeg is None or self.image.shape[2] == 4:
             return self.image, found
         before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, watch)
