@@ -82,21 +82,28 @@ class CutEdges:
 
     def _loops(self, half_edges: Integers) -> Iterator[list[int]]:
         """Yield the closed loops of ``half_edges``."""
-        waiting = dict.fromkeys(half_edges.tolist())
-        while waiting:
-            loop = [next(iter(waiting))]
-            while (following := self._next(loop[-1])) != loop[0]:
-                loop.append(following)
-            for half_edge in loop:
-                del waiting[half_edge]
+        following, done = self._following, set[int]()
+        for first in half_edges.tolist():
+            if first in done:
+                continue
+            loop, half_edge = [first], following[first]
+            while half_edge != first:
+                loop.append(half_edge)
+                half_edge = following[half_edge]
+            done.update(loop)
             yield loop
 
-    def _next(self, half_edge: int) -> int:
-        """Return the half-edge after ``half_edge`` on the outline of its owner."""
-        found = int(self._mapped.following[half_edge])
-        while not self._is_cut[found]:
-            found = int(self._mapped.following[found ^ 1])
-        return found
+    @cached_property
+    def _following(self) -> list[int]:
+        """The half-edge after each one on the outline of its owner [2 E]; -1 for those of no outline."""
+        cut = np.flatnonzero(self._is_cut)
+        found = self._mapped.following[cut]
+        while len(rest := np.flatnonzero(~self._is_cut[found])):
+            found[rest] = self._mapped.following[found[rest] ^ 1]
+        following = np.full(len(self._is_cut), -1)
+        following[cut] = found
+        result: list[int] = following.tolist()
+        return result
 
     @cached_property
     def _sides(self) -> dict[_Ends, list[CurvePart]]:
