@@ -143,4 +143,5 @@ def _difference(
     label: Integers32, rows: Places, columns: Places, picture: Floats32, paints: Paints, metric: Floats32
 ) -> Floats32:
     x, y = (place.astype(np.float32) + np.float32(0.5) for place in (columns, rows))
-    return _largest((picture[rows, columns] - paints.at(label, x, y)) @ metric)
+    seen = (picture[rows, columns] - paints.at(label, x, y)) @ metric
+    return _largest(np.asarray(seen, np.float32))
