@@ -1,4 +1,4 @@
-"""Types of NumPy arrays, by the numbers that they hold, and counting in many runs at once."""
+"""Types of NumPy arrays, by the numbers that they hold, counting in many runs at once, and parts of long ones."""
 
 from __future__ import annotations
 
@@ -17,3 +17,8 @@ Places = NDArray[np.intp]
 def counted(counts: Integers) -> Integers:
     """Return 0, 1, ... below each of ``counts`` [n], one run after the other."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def blocks(count: int, size: int) -> list[slice]:
+    """Return the slices of up to ``size`` rows that ``count`` rows consist of; one of no rows if there are none."""
+    return [slice(start, min(start + size, count)) for start in range(0, max(count, 1), size)]

@@ -17,6 +17,7 @@ from warpvec.flat.regions.regions import (
     find_regions,
     require_explained,
     require_explained_parts,
+    require_few_edges,
 )
 from warpvec.flat.scene_building import scene_of
 from warpvec.flat.simplification.circles import ellipse_of
@@ -65,6 +66,18 @@ def test_a_picture_without_pure_areas_or_with_too_many_is_refused(monkeypatch: p
     monkeypatch.setattr(regions_module, "REGIONS", replace(REGIONS, seeds_max=60))
     with pytest.raises(NotFlatArtError, match="65 separate areas"):
         squares(may_refuse=True)
+
+
+@pytest.mark.parametrize(("most", "share"), [(4000, 0.2), (2000, 0.4)])
+def test_a_picture_with_edges_everywhere_is_refused_if_they_are_very_many(
+    monkeypatch: pytest.MonkeyPatch, most: int, share: float
+) -> None:
+    stripes = find_regions(np.repeat((np.indices((100, 100))[0] // 4 % 2)[..., None], 3, 2).astype(np.float32))
+    monkeypatch.setattr(regions_module, "REGIONS", replace(REGIONS, edges_max=most, edges_share_max=share))
+    require_few_edges(stripes)
+    monkeypatch.setattr(regions_module, "REGIONS", replace(REGIONS, edges_max=2000))
+    with pytest.raises(NotFlatArtError, match="2,400 pixels of edges"):
+        require_few_edges(stripes)
 
 
 def test_late_regions_lack_thin_parts() -> None:

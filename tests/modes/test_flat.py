@@ -16,14 +16,18 @@ from PIL import Image, ImageDraw
 import warpvec
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
+from warpvec.flat import drawing
 from warpvec.flat.color_layers.layering import color_name
+from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.regions import regions
 from warpvec.modes import choice
 from warpvec.modes.flat import on_paper
 from warpvec.svg.measure import draw as draw_svg
 from warpvec.svg.write import write_svg
 from warpvec.watch.progress import Progress
+from warpvec.watch.watch import Watch
 
 SIDE = 64
 NAVY, GOLD, RED = (0, 0, 128), (255, 215, 0), (220, 20, 60)
@@ -170,6 +174,17 @@ def test_goals_choose_the_detail() -> None:
     assert small.metrics["bytes"] <= size - 100
     assert small.metrics["goal"]["met"]
     assert len(small.metrics["goal"]["trials"]) > 1
+
+
+def test_a_long_drawing_is_not_fitted_with_little_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = torch.from_numpy(badge().copy()).float() / 255.0
+    late = Watch(time_budget=100.0)
+    late.resume(90.0)
+    monkeypatch.setattr(drawing, "polish", lambda *_, **__: pytest.fail("it is fitted"))
+    monkeypatch.setattr(drawing, "remove_paths", lambda *_, **__: pytest.fail("paths are looked at"))
+    monkeypatch.setattr(drawing, "DRAWING", replace(DRAWING, many_values=1))
+    scene, left_out = FlatDrawing(image, make_config(mode="flat"), late).draw(0.5)
+    assert len(scene) and not left_out
 
 
 def test_a_spent_time_budget_and_an_interrupt_leave_a_drawing() -> None:

@@ -19,7 +19,13 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.regions import Regions, find_regions, require_explained, require_explained_parts
+from warpvec.flat.regions.regions import (
+    Regions,
+    find_regions,
+    require_explained,
+    require_explained_parts,
+    require_few_edges,
+)
 from warpvec.flat.regions.small_text import small_word_count
 from warpvec.flat.regions.unrounded import before_jpeg
 from warpvec.flat.scene_building import scene_of
@@ -129,10 +135,10 @@ class FlatDrawing:
         """
         fine = detail * (DRAWING.small_detail if self.is_small else 1.0)
         scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
-        if not watch.is_over():
+        if not self._is_late(scene):
             fewer, loop_count = remove_paths(scene, self.critic, watch, fine)
             scene, left_out = fewer, {"path": len(scene) - len(fewer), "loop": loop_count}
-        if len(scene) and not watch.is_over():
+        if len(scene) and not self._is_late(scene):
             count = len(scene.segments)
             scene = simplify(scene, self.critic, watch, fine)
             left_out["node"] = count - len(scene.segments)
@@ -155,14 +161,16 @@ class FlatDrawing:
     def _found(self) -> tuple[Tensor, Regions]:
         """The picture before it was saved as JPEG, and its regions."""
         image, may_refuse = self.image.numpy(), self.unexplained_max is not None
+        watch = self.watch.ahead(DRAWING.share_after_tracing)
         if self.unexplained_max is not None:
-            require_explained_parts(image, self.unexplained_max, self.watch)
-        found = find_regions(image, self.config.min_area, self.watch, may_refuse)
+            require_explained_parts(image, self.unexplained_max, watch)
+        found = find_regions(image, self.config.min_area, watch, may_refuse)
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max)
+            require_few_edges(found)
         if self.jpeg is None or self.image.shape[2] == 4:
             return self.image, found
-        before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, self.watch)
+        before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, watch)
         return torch.from_numpy(before), found
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
@@ -187,8 +195,13 @@ class FlatDrawing:
         background = scene.color[0] if len(scene) else torch.ones(3)
         return replace(scene, background=background.clone(), transparent=False)
 
+    def _is_late(self, scene: Scene) -> bool:
+        """Return whether the time is over, or too short for a step with the very many coordinates of ``scene``."""
+        has_many = scene.segments.numel() > DRAWING.many_values
+        return self.watch.ahead(DRAWING.share_after_long_steps if has_many else 0.0).is_over()
+
     def _polished(self, scene: Scene, iterations: int) -> Scene:
-        if not len(scene) or self.watch.is_over():
+        if not len(scene) or self._is_late(scene):
             return scene
         is_small = len(scene) <= PATHS_EXACT_MAX and scene.segments.numel() <= SIMPLIFICATION.values_exact_max
         if scene.segments.numel() > DRAWING.many_values:

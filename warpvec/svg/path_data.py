@@ -20,6 +20,16 @@ Ticks = NDArray[np.int64]
 
 _NUMBER = r"(?>-?(?>\d{1,15}(?>\.\d{1,6})?|\.\d{1,6}))"
 _ARGUMENTS = {"c": 6, "s": 4, "l": 2, "h": 1, "v": 1, "a": 7}
+_KEPT = {
+    "c": (True,) * 6,
+    "s": (False, False, True, True, True, True),
+    "l": (False, False, False, False, True, True),
+    "h": (False, False, False, False, True, False),
+    "v": (False, False, False, False, False, True),
+    "a": (False, False, False, False, True, True),  # not written: the arc has numbers of its own
+}
+"""Which coordinates of a segment its command states: of its leaving handle, its arriving one and its end."""
+
 _ARC = rf"a(?>[ ]?{_NUMBER}){{2}} 0 [01] [01](?>[ ]?{_NUMBER}){{2}}"
 _REPEATED = (rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items() if letter != "a")
 _COMMANDS = "|".join([*_REPEATED, _ARC])
@@ -237,7 +247,8 @@ def _relative(ticks: Ticks) -> Ticks:
 
 
 def _drawn_rows(relative: Ticks, is_line: NDArray[np.bool_]) -> list[int]:
-    return [row for row in range(len(relative)) if (relative[row, 2] if is_line[row] else relative[row]).any()]
+    has_end, has_length = relative[:, 2].any(1), relative.any((1, 2))
+    return np.flatnonzero(np.where(is_line, has_end, has_length)).tolist()
 
 
 def _loop_commands(loop: Loop, decimals: int) -> str:
@@ -257,23 +268,41 @@ def _line_commands(loop: Loop, decimals: int) -> str:
 
 
 def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int) -> str:
+    """Return the commands of the ``rows`` of a line that have a length, all of ``relative`` [S, 3, 2] if no others."""
+    if not rows:
+        return ""
+    arcs = _arcs(relative, is_line)
+    of_arcs = {row for first, (stop, *_) in arcs.items() for row in range(first + 1, stop)}
+    rows = [row for row in rows if row not in of_arcs]
+    is_arc = np.array([row in arcs for row in rows])
+    letters, words = _segments(relative[rows], is_line[rows], is_arc, decimals)
     text, last = [], ""
-    mirrored, arcs, done = np.zeros(2, np.int64), _arcs(relative, is_line), 0
-    for row in rows:
-        if row < done:
-            continue
-        if row in arcs:
-            done, step, arc = arcs[row]
-            text.append(_arc_command(step, arc, decimals))
-            mirrored, last = np.zeros(2, np.int64), "a"
-            continue
-        letter, values = _command(relative[row], bool(is_line[row]), mirrored)
-        mirrored = np.zeros(2, np.int64) if is_line[row] else relative[row, 2] - relative[row, 1]
-        words = _numbers(values, decimals)
+    for row, letter, numbers in zip(rows, letters, words, strict=True):
         # A repeated letter is left out; the number after it then needs something that separates it.
-        text.append(letter + words if letter != last else words if words[0] == "-" else " " + words)
+        if letter == "a":
+            text.append(_arc_command(*arcs[row][1:], decimals))
+        else:
+            text.append(letter + numbers if letter != last else numbers if numbers[0] == "-" else " " + numbers)
         last = letter
     return "".join(text)
+
+
+def _segments(
+    relative: Ticks, is_line: NDArray[np.bool_], is_arc: NDArray[np.bool_], decimals: int
+) -> tuple[list[str], list[str]]:
+    """Return the letter and the numbers of each segment that follows the one before, which may be an arc.
+
+    The leaving handle of a curve after a curve is implied if it mirrors the arriving one.
+    """
+    mirrored = np.zeros((len(relative), 2), np.int64)
+    mirrored[1:] = np.where((is_line | is_arc)[:-1, None], 0, relative[:-1, 2] - relative[:-1, 1])
+    is_implied = (relative[:, 0] == mirrored).all(1)
+    x, y = relative[:, 2].T
+    on_line = np.where(y == 0, "h", np.where(x == 0, "v", "l"))
+    letters = np.where(is_arc, "a", np.where(is_line, on_line, np.where(is_implied, "s", "c"))).tolist()
+    kept = np.array([_KEPT[letter] for letter in letters])
+    values = relative.reshape(-1, 6)[kept]
+    return letters, _number_lists(values, kept.sum(1), decimals)
 
 
 def arcs_of(loop: Loop) -> dict[int, tuple[int, Ticks, Arc]]:
@@ -317,14 +346,6 @@ def _arc_command(step: Ticks, arc: Arc, decimals: int) -> str:
     radius, end = format_number(arc.radius, decimals), _numbers(step, decimals)
     space = "" if end[0] == "-" else " "
     return f"a{radius} {radius} 0 {int(arc.is_large)} {int(arc.is_clockwise)}{space}{end}"
-
-
-def _command(relative: Ticks, is_line: bool, mirrored: Ticks) -> tuple[str, Ticks]:
-    """Return the letter and the numbers of a segment; ``mirrored`` is where a leaving handle is implied."""
-    if is_line:
-        x, y = relative[2]
-        return ("h", relative[2, :1]) if y == 0 else ("v", relative[2, 1:]) if x == 0 else ("l", relative[2])
-    return ("s", relative[1:].ravel()) if (relative[0] == mirrored).all() else ("c", relative.ravel())
 
 
 def _ticks_of(numbers: str, decimals: int) -> Ticks:

@@ -7,14 +7,15 @@ import pytest
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.cutting import CUTTING
-from warpvec.flat.cutting.cut_edges import between, line_cubic
+from warpvec.flat.cutting.cut_edges import between, line_cubics
 from warpvec.flat.cutting.fewest_parts import CurvePart, fewest_parts
+from warpvec.watch.watch import Watch
 
 CURVE = np.array([[2.0, 3.0], [20.0, 1.0], [31.0, 12.0], [28.0, 30.0]])
 
 
 def _lines(*places: tuple[float, float]) -> list[CurvePart]:
-    return [CurvePart(line_cubic(a, b), True) for a, b in zip(np.array(places), np.array(places[1:]), strict=False)]
+    return [CurvePart(cubic, True) for cubic in line_cubics(np.array(places[:-1]), np.array(places[1:]))]
 
 
 def test_parts_of_one_curve_become_it() -> None:
@@ -46,3 +47,8 @@ def test_lines_never_become_a_curve() -> None:
 def test_chains_of_no_part_or_one_stay(count: int) -> None:
     chains = [_lines((0, 0), (1, 0))[:count]]
     assert fewest_parts(chains) == chains
+
+
+def test_nothing_is_joined_once_the_time_is_over() -> None:
+    chains = [_lines((0, 0), (9, 0), (20, 0))]
+    assert fewest_parts(chains, Watch(time_budget=1e-9)) == chains

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flat_pictures import flat_paints, opaque
 
+from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions import assignment
 from warpvec.flat.regions.assignment import assign
 from warpvec.flat.regions.noise import measure_tolerances
 from warpvec.flat.regions.region_growing import NONE
@@ -78,3 +82,17 @@ def test_an_edge_has_the_share_that_it_covers(covered: float) -> None:
     assert (found.label[:, 5] == first).all() and (found.other[:, 5] == 1 - first).all()
     np.testing.assert_allclose(found.share[:, 5], max(covered, 1 - covered), atol=1e-3)
     assert found.is_pure[:, :5].all() and not found.is_pure[:, 5].any()
+
+
+def test_parts_of_the_pixels_are_unmixed_as_all_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(0)
+    picture = opaque(np.kron(random.random((4, 4, 3)), np.ones((8, 8, 1))) + 0.02 * random.random((32, 32, 3)))
+    seeds = np.full((32, 32), NONE, np.int32)
+    seeds[2:6, 2:6], seeds[20:23, 20:23] = 0, 1
+    paints = flat_paints(*(tuple(picture[place, place, :3].tolist()) for place in (3, 21)))
+    tolerances = measure_tolerances(picture)
+    whole = assign(picture, seeds, paints, tolerances, None)
+    monkeypatch.setattr(assignment, "REGIONS", replace(REGIONS, pixels_at_once=100))
+    parts = assign(picture, seeds, paints, tolerances, None)
+    for name in ("label", "other", "share", "residual"):
+        np.testing.assert_array_equal(getattr(parts, name), getattr(whole, name))

@@ -20,6 +20,10 @@ class DrawingConstants:
     """Coordinates of a drawing from which on each fit takes half as many iterations: a screenshot of 500 paths loses
     0.2 dB and takes a third of the time less."""
 
+    share_after_long_steps: float = 0.3
+    """Share of a time budget that must be left for a fit of so many coordinates, or for the search for paths that it
+    does not need: one step of either with a Hilbert curve of 84,000 segments takes one to two seconds."""
+
     gradient_steps: int = 6
     """Steps by gradients alone, with which large drawings are fitted, in place of each iteration."""
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Mask, blocks
 from warpvec.flat.constants.curves import CURVES
 
 _LOOP_MIN = 3
@@ -58,13 +58,19 @@ def signed_area(loop: Floats) -> float:
 
 def _refined(field: Floats, loop: Floats) -> Floats:
     """Return the vertices [m, 2] of a ``loop`` [n, 2] that count, in their precise places, in pixel centres."""
-    whole = loop == np.floor(loop)
-    across, is_across = _crossing(field, loop[:, 1], loop[:, 0])
-    down, is_down = _crossing(field.T, loop[:, 0], loop[:, 1])
-    in_row = whole[:, 1] & (~whole[:, 0] | is_across)
-    x, y = np.where(in_row, across, loop[:, 0]), np.where(in_row, loop[:, 1], down)
-    counts, refined = np.where(in_row, is_across, is_down), np.stack([x, y], 1)
+    found = [_placed(field, loop[part]) for part in blocks(len(loop), CURVES.samples_at_once)]
+    refined, counts = (np.concatenate(values) for values in zip(*found, strict=True))
     return refined[counts] if counts.sum() > _LOOP_MIN and counts.mean() > CURVES.vertex_share_min else refined
+
+
+def _placed(field: Floats, vertices: Floats) -> tuple[Floats, Mask]:
+    """Return the precise places of ``vertices`` [n, 2], and which of them count."""
+    whole = vertices == np.floor(vertices)
+    across, is_across = _crossing(field, vertices[:, 1], vertices[:, 0])
+    down, is_down = _crossing(field.T, vertices[:, 0], vertices[:, 1])
+    in_row = whole[:, 1] & (~whole[:, 0] | is_across)
+    x, y = np.where(in_row, across, vertices[:, 0]), np.where(in_row, vertices[:, 1], down)
+    return np.stack([x, y], 1), np.where(in_row, is_across, is_down)
 
 
 def _crossing(field: Floats, row: Floats, place: Floats) -> tuple[Floats, Mask]:

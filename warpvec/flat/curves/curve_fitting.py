@@ -25,13 +25,15 @@ def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watc
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
     rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough
     outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is over, the pieces are
-    short, and only roughly smooth.
+    short, and only roughly smooth, and no outline counts as rough.
     """
     if not loops:
         return []
     samples = sample_loops(loops)
-    nodes = find_nodes(samples)
-    allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * roughness(samples), CURVES.noise_tolerance_max))
+    is_late = watch.is_over()
+    nodes = find_nodes(samples, is_late)
+    noise = np.zeros(len(loops)) if is_late else roughness(samples)
+    allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * noise, CURVES.noise_tolerance_max))
     spans = span_costs(samples, nodes, allowed, watch)
     loops_of_nodes = list(pairwise(nodes.first))
     if watch.is_over() and np.isinf(spans.cost[:, 1:]).all():  # no piece is longer than from a node to the next

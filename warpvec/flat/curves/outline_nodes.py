@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, blocks
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.stroke_ends import stroke_ends
 
@@ -80,25 +80,31 @@ def roughness(samples: Samples) -> Floats:
     found = []
     for start, stop in pairwise(samples.first):
         xy = samples.xy[start:stop]
-        rows = (np.arange(len(xy))[:, None] + np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1)) % len(xy)
-        off = np.einsum("l,nlc->nc", weights, xy[rows]) - xy
+        parts = blocks(len(xy), CURVES.samples_at_once)
+        off = np.concatenate([_off_parabolas(xy, weights, np.arange(part.start, part.stop)) for part in parts])
         quartile = float(np.quantile(np.hypot(off[:, 0], off[:, 1]), 0.25))
         found.append(quartile if len(xy) >= CURVES.rough_samples_min else 0.0)
     return np.array(found)
 
 
-def find_nodes(samples: Samples) -> Nodes:
-    """Return the places of all loops where a curve may begin."""
+def _off_parabolas(xy: Floats, weights: Floats, places: Integers) -> Floats:
+    """Return how far the parabolas around ``places`` of a loop, by their ``weights`` [2 reach + 1], are from it."""
+    rows = (places[:, None] + np.arange(-CURVES.smooth_reach, CURVES.smooth_reach + 1)) % len(xy)
+    return np.einsum("l,nlc->nc", weights, xy[rows]) - xy[places]
+
+
+def find_nodes(samples: Samples, is_late: bool = False) -> Nodes:
+    """Return the places of all loops where a curve may begin; if it ``is_late``, corners only where chords turn."""
     found = [
-        _nodes_of_loop(samples.xy[start:stop], float(step))
+        _nodes_of_loop(samples.xy[start:stop], float(step), is_late)
         for (start, stop), step in zip(pairwise(samples.first), samples.step, strict=True)
     ]
     first = np.concatenate([[0], np.cumsum([len(sample) for sample, *_ in found])]).astype(np.int64)
     return Nodes(first, *(np.concatenate(values) for values in zip(*found, strict=True)))
 
 
-def _nodes_of_loop(xy: Floats, step: float) -> _LoopNodes:
-    corners = _corners(xy, step)
+def _nodes_of_loop(xy: Floats, step: float, is_late: bool) -> _LoopNodes:
+    corners = _corners(xy, step, np.flatnonzero(_chords_turn(xy)) if is_late else np.arange(len(xy)))
     smooth = _smooth_nodes(xy, step, corners[0])
     order = np.argsort(np.concatenate([corners[0], smooth[0]]), kind="stable")
     return tuple(np.concatenate(values)[order] for values in zip(corners, smooth, strict=True))
@@ -111,12 +117,24 @@ class Side(NamedTuple):
     away: Floats
 
 
-def _corners(xy: Floats, step: float) -> _LoopNodes:
-    ahead, behind = sides_of(xy)
-    turn = turns_of(ahead, behind)
-    chosen = np.nonzero(_is_peak(turn) & (turn > CURVES.corner_turn_min))[0]
+def _chords_turn(xy: Floats) -> Mask:
+    """Return at which samples [n] of a loop the chords on either side turn by half as much as at a corner."""
+    reach = CURVES.corner_gap + CURVES.short_side
+    ahead, behind = (np.roll(xy, shift, 0) - xy for shift in (-reach, reach))
+    cross = ahead[:, 1] * behind[:, 0] - ahead[:, 0] * behind[:, 1]
+    turn = np.arctan2(np.abs(cross), -(ahead * behind).sum(1))
+    return np.asarray(turn > CURVES.corner_turn_min / 2.0)
+
+
+def _corners(xy: Floats, step: float, places: Integers) -> _LoopNodes:
+    """Return the corners of a loop of even samples [n, 2] among those at ``places``."""
+    ahead, behind = sides_of(xy, places)
+    turn = np.zeros(len(xy))
+    turn[places] = turns_of(ahead, behind)
+    is_chosen = (_is_peak(turn) & (turn > CURVES.corner_turn_min))[places]
+    chosen = places[is_chosen]
     turn = turn[chosen]
-    ahead, behind = Side(ahead.point[chosen], ahead.away[chosen]), Side(behind.point[chosen], behind.away[chosen])
+    ahead, behind = (Side(side.point[is_chosen], side.away[is_chosen]) for side in (ahead, behind))
     if len(xy) >= 4 * (CURVES.sharp_gap + CURVES.short_side):
         far_ahead, far_behind = (_side(xy, sign, CURVES.sharp_gap, chosen) for sign in (1, -1))
         ahead = _where_sharp(turn, far_ahead, ahead)
@@ -156,9 +174,14 @@ def _where_sharp(turn: Floats, far: Side, near: Side) -> Side:
 
 def _side(xy: Floats, sign: int, gap: int, chosen: Integers | None = None) -> Side:
     """Return where the outline lies ahead of (``sign`` 1) or behind (-1) the ``chosen`` samples, beyond the gap."""
+    places = np.arange(len(xy)) if chosen is None else chosen
+    parts = [_side_of(xy, sign, gap, places[part]) for part in blocks(len(places), CURVES.samples_at_once)]
+    return parts[0] if len(parts) == 1 else Side(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+
+
+def _side_of(xy: Floats, sign: int, gap: int, places: Integers) -> Side:
     count = len(xy)
     long = min(CURVES.long_side, max(CURVES.short_side, count // 6))
-    places = np.arange(count) if chosen is None else chosen
     rows = (places + sign * np.arange(gap, gap + long)[:, None]) % count
     near = np.ascontiguousarray(xy.T[:, rows])  # [2, long, n]: einsum is ten times as fast along long rows
     offsets = np.arange(long)

@@ -13,6 +13,7 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.fewest_parts import CurvePart, fewest_parts
 from warpvec.flat.cutting.planar_map import PlanarMap
+from warpvec.watch.watch import UNWATCHED, Watch
 
 _SAME_T = 1e-7
 """Two parameters of a curve that differ by less are the same place."""
@@ -40,7 +41,7 @@ class Chain(NamedTuple):
 class CutEdges:
     """The edges of ``mapped`` between faces of different ``owners`` [F], joined to parts of ``cubics`` [R, 4, 2].
 
-    Points are rounded to multiples of ``tick``, across and down.
+    Points are rounded to multiples of ``tick``, across and down. Once the ``watch`` is over, parts are not joined.
     """
 
     def __init__(
@@ -50,8 +51,9 @@ class CutEdges:
         cubics: Floats,
         is_line: Mask,
         tick: tuple[float, float] | None = None,
+        watch: Watch = UNWATCHED,
     ) -> None:
-        self._mapped = mapped
+        self._mapped, self._watch = mapped, watch
         self._tick = None if tick is None else np.array(tick)
         self._cubics = cubics
         self._is_line = is_line
@@ -66,7 +68,8 @@ class CutEdges:
         loops = []
         for loop in self._loops(np.flatnonzero(self._is_cut & (self._owner == owner))):
             parts = [part for chain in self._split(loop) for part in self._sides[chain[0], chain[-1]]]
-            joined = [part for part in parts if np.ptp(part.cubic, axis=0).any()]
+            has_length = np.ptp([part.cubic for part in parts], axis=1).any(1)
+            joined = [part for part, counts in zip(parts, has_length.tolist(), strict=True) if counts]
             loops += [joined] if len(joined) > 1 else []
         return loops
 
@@ -79,29 +82,37 @@ class CutEdges:
 
     def _loops(self, half_edges: Integers) -> Iterator[list[int]]:
         """Yield the closed loops of ``half_edges``."""
-        waiting = dict.fromkeys(half_edges.tolist())
-        while waiting:
-            loop = [next(iter(waiting))]
-            while (following := self._next(loop[-1])) != loop[0]:
-                loop.append(following)
-            for half_edge in loop:
-                del waiting[half_edge]
+        following, done = self._following, set[int]()
+        for first in half_edges.tolist():
+            if first in done:
+                continue
+            loop, half_edge = [first], following[first]
+            while half_edge != first:
+                loop.append(half_edge)
+                half_edge = following[half_edge]
+            done.update(loop)
             yield loop
 
-    def _next(self, half_edge: int) -> int:
-        """Return the half-edge after ``half_edge`` on the outline of its owner."""
-        found = int(self._mapped.following[half_edge])
-        while not self._is_cut[found]:
-            found = int(self._mapped.following[found ^ 1])
-        return found
+    @cached_property
+    def _following(self) -> list[int]:
+        """The half-edge after each one on the outline of its owner [2 E]; -1 for those of no outline."""
+        cut = np.flatnonzero(self._is_cut)
+        found = self._mapped.following[cut]
+        while len(rest := np.flatnonzero(~self._is_cut[found])):
+            found[rest] = self._mapped.following[found[rest] ^ 1]
+        following = np.full(len(self._is_cut), -1)
+        following[cut] = found
+        result: list[int] = following.tolist()
+        return result
 
     @cached_property
     def _sides(self) -> dict[_Ends, list[CurvePart]]:
         """The few parts of each chain, and back along it, by its first and its last half-edge."""
         sides = {}
-        fewer = fewest_parts(list(self._chains.values()))
-        for (first, last), parts in zip(self._chains, fewer, strict=True):
-            parts = [self._on_ticks(part) for part in parts]
+        fewer = fewest_parts(list(self._chains.values()), self._watch)
+        rounded = iter(self._on_ticks([part for parts in fewer for part in parts]))
+        for (first, last), chain in zip(self._chains, fewer, strict=True):
+            parts = [next(rounded) for _ in chain]
             sides[first, last] = parts
             sides[last ^ 1, first ^ 1] = [part.reversed() for part in parts[::-1]]
         return sides
@@ -121,17 +132,23 @@ class CutEdges:
         tail = self._mapped.tail
         starts = [k for k, half_edge in enumerate(loop) if self._is_junction[tail[half_edge]]]
         if not starts:
-            starts = [min(np.flatnonzero(self._is_break[tail[loop]]).tolist(), key=lambda k: self._bend(loop, k))]
+            starts = [self._sharpest(loop)]
         turned = loop[starts[0] :] + loop[: starts[0]]
         places = [start - starts[0] for start in starts]
         return [turned[start:stop] for start, stop in pairwise([*places, len(loop)])]
 
-    def _bend(self, loop: list[int], place: int) -> tuple[float, int]:
-        """Return the cosine of the turn at a node of ``loop``, and its vertex: both sides rank nodes alike."""
-        tail, vertex = self._mapped.tail, self._mapped.vertex
-        before, here, after = (vertex[tail[loop[(place + k) % len(loop)]]] for k in (-1, 0, 1))
-        come, go = (here - before).astype(np.float64), (after - here).astype(np.float64)
-        return float(come @ go / np.sqrt((come @ come) * (go @ go))), int(tail[loop[place]])
+    def _sharpest(self, loop: list[int]) -> int:
+        """Return the place in ``loop`` of the node with the sharpest turn, or of those the first vertex.
+
+        Both sides of an edge rank nodes alike.
+        """
+        vertices = self._mapped.tail[loop]
+        points = self._mapped.vertex[vertices].astype(np.float64)
+        come, go = points - np.roll(points, 1, 0), np.roll(points, -1, 0) - points
+        dot, squares = (come * go).sum(1), (come * come).sum(1) * (go * go).sum(1)
+        cosine = dot / np.sqrt(squares)
+        places = np.flatnonzero(self._is_break[vertices])
+        return int(places[np.lexsort((vertices[places], cosine[places]))[0]])
 
     def _parts(self, chain: list[int]) -> list[_Ends]:
         """Return the first and the last half-edge of each part of a curve along a ``chain`` of half-edges."""
@@ -146,7 +163,7 @@ class CutEdges:
         mapped, (first, last) = self._mapped, np.array(parts).T
         curve = mapped.curve[first // 2]
         start, end = (mapped.vertex[mapped.tail[each]] / CUTTING.units for each in (first, last ^ 1))
-        made = start[:, None] + np.linspace(0, 1, 4)[:, None] * (end - start)[:, None]
+        made = line_cubics(start, end)
         bends = np.flatnonzero(~self._is_line[curve])
         t_first, t_last = mapped.t[first // 2, first % 2], mapped.t[last // 2, 1 - last % 2]
         cubic = between(self._cubics[curve[bends]], t_first[bends], t_last[bends])
@@ -156,11 +173,14 @@ class CutEdges:
         made[bends, 3] = end[bends]
         return [CurvePart(cubic, line) for cubic, line in zip(made, self._is_line[curve].tolist(), strict=True)]
 
-    def _on_ticks(self, part: CurvePart) -> CurvePart:
-        if self._tick is None:
-            return part
-        cubic = np.rint(part.cubic / self._tick) * self._tick
-        return CurvePart(line_cubic(cubic[0], cubic[3]) if part.is_line else cubic, part.is_line)
+    def _on_ticks(self, parts: list[CurvePart]) -> list[CurvePart]:
+        """Return ``parts`` with points on ticks; the handles of lines are at thirds."""
+        if self._tick is None or not parts:
+            return parts
+        cubics = np.rint(np.stack([part.cubic for part in parts]) / self._tick) * self._tick
+        is_line = [part.is_line for part in parts]
+        cubics[is_line] = line_cubics(cubics[is_line, 0], cubics[is_line, 3])
+        return [CurvePart(cubic, line) for cubic, line in zip(cubics, is_line, strict=True)]
 
     def _breaks(self) -> tuple[Mask, Mask]:
         """Return the vertices [V] where more than two outlines meet or one ends, and all where a part of a curve ends.
@@ -178,9 +198,9 @@ class CutEdges:
         return is_junction, is_break
 
 
-def line_cubic(start: Floats, end: Floats) -> Floats:
-    """Return the control points [4, 2] of a line."""
-    return start + np.linspace(0, 1, 4)[:, None] * (end - start)
+def line_cubics(start: Floats, end: Floats) -> Floats:
+    """Return the control points [P, 4, 2] of lines from ``start`` to ``end`` [P, 2]."""
+    return start[:, None] + np.linspace(0, 1, 4)[:, None] * (end - start)[:, None]
 
 
 def between(cubics: Floats, first: Floats, last: Floats) -> Floats:

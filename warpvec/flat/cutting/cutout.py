@@ -60,11 +60,12 @@ def cut_out(
     Args:
         tick: last decimals of the file in pixels, across and down. Points are rounded to them, so that the file states
             both sides of an edge alike; None to round nothing.
-        watch: the watch over the run. Once it is over, curves are followed less closely, and spurs stay.
+        watch: the watch over the run. Once it is over, curves are followed less closely, spurs stay, and parts are not
+            joined.
     """
     laid = arranged(scene, width, height, watch)
     stacked, keys = laid.stacked, laid.keys
-    edges = CutEdges(laid.mapped, laid.owners, laid.cubics, laid.is_line, tick)
+    edges = CutEdges(laid.mapped, laid.owners, laid.cubics, laid.is_line, tick, watch)
     loops = {owner: edges.loops(owner) for owner in range(1, len(keys))}
     shown = [owner for owner in sorted(loops, key=lambda each: keys[each][-1]) if loops[owner]]
     used = {row for owner in shown for row in keys[owner]}

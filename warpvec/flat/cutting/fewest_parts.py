@@ -13,6 +13,7 @@ from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.curves.cubic_fitting import fit_cubics
+from warpvec.watch.watch import UNWATCHED, Watch
 
 _RATIO_MAX = 4.0
 """Largest factor by which handles may say another ratio of two parts than their lengths: tiny handles say nothing."""
@@ -29,14 +30,14 @@ class CurvePart(NamedTuple):
         return CurvePart(self.cubic[::-1], self.is_line)
 
 
-def fewest_parts(chains: list[list[CurvePart]]) -> list[list[CurvePart]]:
+def fewest_parts(chains: list[list[CurvePart]], watch: Watch = UNWATCHED) -> list[list[CurvePart]]:
     """Return ``chains`` of consecutive parts, each with as few as stay within ``CUTTING.joined_error`` of it.
 
-    The ends of chains stay. Parts that are not joined stay as they are.
+    The ends of chains stay. Parts that are not joined stay as they are, and so do all once the ``watch`` is over.
     """
     parts = [part for chain in chains for part in chain]
     counts = np.array([len(chain) for chain in chains], np.int64)
-    if not len(parts):
+    if not len(parts) or watch.is_over():
         return chains
     left = np.repeat(counts, counts) - counted(counts)
     joints = _joints(np.stack([part.cubic for part in parts]), np.array([part.is_line for part in parts]), left)
@@ -125,15 +126,14 @@ def _first_parameters(rows: Floats, length: Floats) -> Floats:
 
 def _shortest(parts: list[CurvePart], joints: _Joints, start: int, count: int) -> list[CurvePart]:
     """Return the fewest parts of a chain of ``count`` parts from ``start`` on."""
-    best: list[tuple[int, list[CurvePart]]] = [(0, [])]
-    for stop in range(start + 1, start + count + 1):
-        here, chosen = best[-1]
-        options = [(here + 1, (chosen, parts[stop - 1]))]
-        for size in range(2, min(CUTTING.joined_max, stop - start) + 1):
-            joint = joints.get((stop - size, size))
-            if joint is not None:
-                before, way = best[-size]
-                options.append((before + 1, (way, joint)))
-        total, (way, part) = min(options, key=lambda each: each[0])
-        best.append((total, [*way, part]))
-    return best[-1][1]
+    fewest, sizes = [0], [0]  # the number of parts up to each place, and how many parts the last of them replaces
+    for stop in range(1, count + 1):
+        joined = (size for size in range(2, min(CUTTING.joined_max, stop) + 1) if (start + stop - size, size) in joints)
+        sizes.append(min((1, *joined), key=lambda size: fewest[stop - size]))
+        fewest.append(fewest[stop - sizes[-1]] + 1)
+    chosen, stop = list[CurvePart](), start + count
+    while stop > start:
+        size = sizes[stop - start]
+        stop -= size
+        chosen.append(parts[stop] if size == 1 else joints[stop, size])
+    return chosen[::-1]

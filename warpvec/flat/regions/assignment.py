@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats32, Integers32, Mask, Places
+from warpvec.arrays import Floats32, Integers32, Mask, Places, blocks
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
@@ -80,10 +81,22 @@ def unmix(
     In noisy pictures, ``wider`` looks farther for regions that explain what those do not.
     """
     rows, columns = (place.astype(np.int32) for place in np.nonzero(where))
+    nearest = _NearestAnchors(assignment.anchors)
     if len(rows) == 0:
         return
+    for part in blocks(len(rows), REGIONS.pixels_at_once):
+        _unmix_pixels(
+            assignment, rows[part], columns[part], nearest, picture, paints, tolerances, canvas, radius, wider
+        )
+
+
+def _unmix_pixels(
+    assignment: Assignment, rows: Integers32, columns: Integers32, nearest: _NearestAnchors, picture: Floats32,
+    paints: Paints, tolerances: Tolerances, canvas: int | None, radius: int | None, wider: bool,
+) -> None:  # fmt: skip
+    """Write the best mixes of pixels at ``rows`` and ``columns`` [N] into ``assignment``; see `unmix`."""
     candidates = nearest_labels(assignment.anchors, rows, columns, radius or tolerances.reach)
-    candidates = _with_fallback(candidates, assignment.anchors, rows, columns)
+    candidates = _with_fallback(candidates, nearest, rows, columns)
     candidates = _with_canvas(candidates, canvas, rows, columns, assignment.label.shape)
     color, values = colors_of(candidates.label, rows, columns, picture, paints, tolerances.metric)
     mixes = best_mixes(color, values, candidates)
@@ -107,13 +120,26 @@ def colors_of(
     return picture[rows, columns] @ metric, values @ metric
 
 
-def _with_fallback(candidates: Candidates, anchors: Integers32, rows: Integers32, columns: Integers32) -> Candidates:
+@dataclass(frozen=True)
+class _NearestAnchors:
+    """The nearest region to each pixel at any distance, found when the first pixel asks for it."""
+
+    anchors: Integers32
+
+    @cached_property
+    def labels(self) -> Integers32:
+        """The nearest of the ``anchors`` [h, w] to each pixel."""
+        row, column = ndimage.distance_transform_edt(self.anchors == NONE, return_distances=False, return_indices=True)
+        return np.asarray(self.anchors[row, column])
+
+
+def _with_fallback(
+    candidates: Candidates, nearest: _NearestAnchors, rows: Integers32, columns: Integers32
+) -> Candidates:
     """Return the candidates with the nearest region at any distance where none is near."""
     missing = candidates.label[:, 0] == NONE
     if missing.any():
-        nearest = ndimage.distance_transform_edt(anchors == NONE, return_distances=False, return_indices=True)
-        row, column = nearest[:, rows[missing], columns[missing]]
-        candidates.label[missing, 0] = anchors[row, column]
+        candidates.label[missing, 0] = nearest.labels[rows[missing], columns[missing]]
     return candidates
 
 

@@ -117,10 +117,12 @@ def grow_by_paint(
         best, label = np.full(len(rows), tolerance, np.float32), np.full(len(rows), NONE, np.int32)
         for down, right in SIDES:
             row, column = np.clip(rows + down, 0, height - 1), np.clip(columns + right, 0, width - 1)
-            candidate = labels[row, column]
-            difference = _difference(candidate, rows, columns, picture, paints, metric)
-            is_better = (candidate != NONE) & (difference < best)
-            best[is_better], label[is_better] = difference[is_better], candidate[is_better]
+            beside = np.flatnonzero(labels[row, column] != NONE)
+            candidate = labels[row[beside], column[beside]]
+            difference = _difference(candidate, rows[beside], columns[beside], picture, paints, metric)
+            is_better = difference < best[beside]
+            better = beside[is_better]
+            best[better], label[better] = difference[is_better], candidate[is_better]
         is_new = np.zeros(labels.shape, bool)
         is_new[rows, columns] = label != NONE
         labels[rows, columns] = label
@@ -141,4 +143,5 @@ def _difference(
     label: Integers32, rows: Places, columns: Places, picture: Floats32, paints: Paints, metric: Floats32
 ) -> Floats32:
     x, y = (place.astype(np.float32) + np.float32(0.5) for place in (columns, rows))
-    return np.abs((picture[rows, columns] - paints.at(np.maximum(label, 0), x, y)) @ metric).max(-1)
+    seen = (picture[rows, columns] - paints.at(label, x, y)) @ metric
+    return _largest(np.asarray(seen, np.float32))

@@ -31,8 +31,13 @@ def pool_paints(paints: Paints, area: Places, tolerances: Tolerances) -> Integer
     pool, shows = _equal_ramps(paints), paints.opacity > 0
     leaders, count = np.empty(len(paints), np.int32), 0
     seen_leaders = np.empty((seen.shape[1], len(paints)), np.float32)  # a row a channel: its largest is found faster
+    looks = [*zip(map(bytes, seen), shows.tolist(), strict=True)]
+    leader_of: dict[tuple[bytes, bool], int] = {}  # most of the thousands of paints of a pattern look the same
     for index in np.argsort(-area, kind="stable").tolist():
         if paints.kind[index] != FLAT:
+            continue
+        if looks[index] in leader_of:
+            pool[index] = leader_of[looks[index]]
             continue
         limit = tolerances.pool * (REGIONS.small_pool if area[index] < REGIONS.small_area else 1)
         distance = np.abs(seen_leaders[:, :count] - seen[index][:, None]).max(0)
@@ -41,6 +46,7 @@ def pool_paints(paints: Paints, area: Places, tolerances: Tolerances) -> Integer
             pool[index] = leaders[int(np.where(alike, distance, np.inf).argmin())]
         else:
             leaders[count], seen_leaders[:, count] = index, seen[index]
+            leader_of[looks[index]] = index
             count += 1
     return pool
 

@@ -120,6 +120,18 @@ def require_explained(regions: Regions, image: Floats32, unexplained_max: float)
         _require(_unexplained(regions, image), unexplained_max)
 
 
+def require_few_edges(regions: Regions) -> None:
+    """Refuse a picture whose ``regions`` have as many edges as only a pattern has.
+
+    Raises:
+        NotFlatArtError: they have more than `REGIONS.edges_max`, and everywhere.
+    """
+    label = regions.label
+    count = int((label[1:] != label[:-1]).sum() + (label[:, 1:] != label[:, :-1]).sum())
+    if count > max(REGIONS.edges_max, REGIONS.edges_share_max * label.size):
+        raise NotFlatArtError(f"its areas have {count:,} pixels of edges")
+
+
 def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watch = UNWATCHED) -> None:
     """Refuse ``image`` [h, w, 3 or 4] if a few small parts of it leave far more unexplained than all of it may.
 
