@@ -94,6 +94,30 @@ def test_a_picture_without_a_shadow_has_none() -> None:
     assert find_shadow(ramp) is None
 
 
+@pytest.mark.parametrize("top", ["", '<path fill="#fc3" stroke="#2f7de0" stroke-width="4" d="M26 10h24v50h-24z"/>'])
+def test_a_soft_spot_below_a_figure_is_an_ellipse(top: str) -> None:
+    pytest.importorskip("svgelements")
+    spot = '<ellipse filter="url(#b)" cx="38" cy="58" rx="26" ry="9" fill="#000" fill-opacity=".5"/>'
+    text = SHADOWED.format(sigma=2.5, ground="#fff", color="#000", x=0, y=0, top=top)
+    text = text[: text.index("<g ")] + spot + text[text.index("</g>") + len("</g>") :]
+    text = text.replace(f'<path fill="#2f7de0" d="{SHAPE}"/>', "")
+    found = find_shadow(draw_8_bits(read_svg(text).scene, SIDE, SIDE, 1).astype(np.float32) / 255.0)
+    assert found is not None and found.sigma == pytest.approx(2.5, rel=0.05)
+    y, x = np.indices((SIDE, SIDE)) + 0.5
+    ellipse = ((x - 38) / 26) ** 2 + ((y - 58) / 9) ** 2 <= 1.0
+    assert np.abs(found.casters - ellipse).sum() < 0.06 * ellipse.sum()
+    np.testing.assert_allclose(found.amplitude, -0.5, atol=0.02)
+    np.testing.assert_allclose(found.clean[62:, :], 1.0, atol=0.01)
+
+
+def test_a_ball_with_a_gradient_is_no_soft_spot() -> None:
+    y, x = np.indices((SIDE, SIDE)) + 0.5
+    away = np.hypot(x - 40, y - 40)[..., None]
+    shade = 1.0 - np.array([0.2, 0.6, 0.8]) * (1.0 - 0.8 * away / 26.0)
+    image = np.where(away <= 26.0, shade, 1.0)
+    assert find_shadow(np.round(255.0 * image).astype(np.float32) / 255.0) is None
+
+
 def test_a_shadow_becomes_one_soft_path() -> None:
     pytest.importorskip("svgelements")
     image = picture()

@@ -50,7 +50,7 @@ class SoftDrawing:
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return what `FlatDrawing.draw` does, or the better drawing with a soft path.
 
-        The first is not drawn if the one with a soft path is short and exact: it would take as long again. It comes
+        The first is not drawn if a shadow makes the drawing short and exact: it would take as long again. It comes
         first if there is a time budget.
         """
         if not self._may_be_soft:
@@ -59,7 +59,12 @@ class SoftDrawing:
             hard = self.hard.draw(detail)
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
         soft = self._soft(detail)
-        return soft if soft is not None and self._is_right(soft[0]) else self._better(soft, self.hard.draw(detail))
+        is_sure = self._shadow is not None and self._shadow.is_cast
+        return (
+            soft
+            if soft is not None and is_sure and self._is_right(soft[0])
+            else self._better(soft, self.hard.draw(detail))
+        )
 
     def _better(
         self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]

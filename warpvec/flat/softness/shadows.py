@@ -1,4 +1,4 @@
-"""Find the shadow or glow of what lies on the flat ground of a picture.
+"""Find the shadow or glow of what lies on the flat ground of a picture, or else a soft spot.
 
 The *casters* are the plateaus of one colour with sharp edges. The *soft zone* is what is neither ground nor caster. A
 shadow is the mask of the casters, moved by (dx, dy) and blurred by sigma, times an amplitude in each channel. Moves and
@@ -21,20 +21,22 @@ from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, fit_shadow, moved_blur, shade_of
+from warpvec.flat.softness.spots import find_spot
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
 from warpvec.svg.quantize import OPACITY_DECIMALS
 
 
 @dataclass(frozen=True)
 class Shadow:
-    """A shadow or glow.
+    """A shadow, a glow or a soft spot.
 
     Attributes:
-        casters: coverage of what casts it [h, w], in [0, 1].
+        casters: coverage of what casts it [h, w], in [0, 1]; of the spot itself if nothing does.
         ground: colour of what it lies on [C], sRGB-encoded in [0, 1].
         amplitude: what it adds to the ground in each channel [C]; negative for a shadow.
         offset: how far it is moved to the right and down, in pixels.
         sigma: its standard deviation in pixels.
+        is_cast: whether shapes of the drawing cast it; else it is a spot that only looks like a soft one.
         clean: the picture without it [h, w, 3 or 4].
     """
 
@@ -43,6 +45,7 @@ class Shadow:
     amplitude: Floats
     offset: tuple[float, float]
     sigma: float
+    is_cast: bool
     clean: Floats32
 
     @property
@@ -68,20 +71,18 @@ def find_shadow(image: Floats32) -> Shadow | None:
     levels = 255.0 * channels_of(image)
     plateaus, count = _plateaus(levels)
     ground = _ground(levels, plateaus, count)
-    if ground is None or count > SOFTNESS.plateaus_max:
+    if ground is None or count > SOFTNESS.spot_plateaus_max:
         return None
     color = np.median(levels[plateaus == ground], axis=0)
     is_ground = np.abs(levels - color).max(2) <= SOFTNESS.alike
     casters = _casters(levels, plateaus, count, ground, is_ground)
-    if casters is None:
-        return None
-    found = _refitted(levels, casters, plateaus, color, is_ground)
+    shadow = None
+    if casters is not None and count <= SOFTNESS.plateaus_max:
+        shadow = _shadow_of(levels, casters, plateaus, color, is_ground)
+    found = shadow or _spot(levels - color, casters)
     if found is None:
         return None
-    casters, cast, (offset, sigma, amplitude, unexplained) = found
-    is_soft = sigma >= SOFTNESS.sigma_min and np.abs(amplitude).max() >= SOFTNESS.amplitude_min
-    if not is_soft or unexplained > SOFTNESS.unexplained:
-        return None
+    casters, cast, (offset, sigma, amplitude, _) = found
     near = ndimage.binary_dilation(casters, iterations=2)
     shade = shade_of(cast, found[2])
     covered = _coverage(levels, casters, near, color + shade)
@@ -89,10 +90,27 @@ def find_shadow(image: Floats32) -> Shadow | None:
     clean = levels - (1.0 - covered[..., None]) * shade
     edge = near & ~casters
     clean[edge] = _unshaded(levels, color, shade, casters & (plateaus > 0), edge)
-    clean[~near & (np.abs(clean - color).max(2) <= 3.0 * SOFTNESS.alike)] = color
+    clean[~near & (is_ground | (np.abs(clean - color).max(2) <= 3.0 * SOFTNESS.alike))] = color
     clean = np.clip(clean, 0.0, 255.0) / 255.0
     cleaned: Floats32 = (from_mattes(clean) if is_transparent(image) else clean).astype(np.float32)
-    return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, cleaned)
+    return Shadow(cast, color / 255.0, amplitude / 255.0, offset, sigma, shadow is not None, cleaned)
+
+
+def _spot(change: Floats, casters: Mask | None) -> tuple[Mask, Floats, FoundShadow] | None:
+    """Return what lies above a soft spot of the ground [h, w], the sharp coverage of the spot [h, w], and its fit.
+
+    None without one.
+    """
+    whole = np.zeros(change.shape[:2], np.bool_) if casters is None else with_filled_holes(casters)
+    spot = find_spot(change, ~ndimage.binary_dilation(whole, iterations=2))
+    return (whole, *spot) if spot is not None and _is_soft(spot[1]) else None
+
+
+def _is_soft(found: FoundShadow) -> bool:
+    """Return whether a fit explains what is seen, is blurred, and shows."""
+    _, sigma, amplitude, unexplained = found
+    is_seen = bool(np.abs(amplitude).max() >= SOFTNESS.amplitude_min)
+    return sigma >= SOFTNESS.sigma_min and is_seen and unexplained <= SOFTNESS.unexplained
 
 
 def _has_soft_alpha(alpha: Floats32) -> bool:
@@ -107,7 +125,7 @@ def channels_of(image: Floats32) -> Floats:
     return channels
 
 
-def _refitted(
+def _shadow_of(
     levels: Floats, casters: Mask, plateaus: NDArray[np.int32], color: Floats, is_ground: Mask
 ) -> tuple[Mask, Floats, FoundShadow] | None:
     """Return what casts a shadow [h, w], its coverage [h, w] and the shadow, fitted in rounds; None without one."""
@@ -130,7 +148,7 @@ def _refitted(
         found = again
         if real is None and is_settled and is_same:
             break
-    return None if found is None else (casters, *found)
+    return (casters, *found) if found is not None and _is_soft(found[1]) else None
 
 
 def _cast(
