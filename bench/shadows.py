@@ -1,6 +1,6 @@
 """Draw pictures with one shadow or glow of our own making, and compare what warpvec finds with what was drawn.
 
-    python bench/shadows.py [--ground flat|two|ramp|none] [--form same|ellipse] [--count 30] [--seed 0]
+    python bench/shadows.py [--ground flat|card|ramp|two|none] [--form same|ellipse] [--count 30] [--seed 0]
 
 Each seed is a drawing: one to three shapes, their shadow or glow below them, and a ground. With ``--form ellipse`` the
 shadow is an ellipse at their feet. The pictures are drawn with
@@ -27,8 +27,8 @@ from warpvec.image.metrics import psnr
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
 
-GROUNDS = ("flat", "two", "ramp", "none")
-"""What is below a shadow: one colour, two, a gradient, or nothing in a transparent picture."""
+GROUNDS = ("flat", "card", "ramp", "two", "none")
+"""What is below a shadow: one colour, a card on a page, a gradient, two colours, or a transparent picture's nothing."""
 
 FORMS = ("same", "ellipse")
 """Outline of a shadow: that of the shapes, or an ellipse."""
@@ -133,7 +133,7 @@ def original(seed: int, ground: str, form: str = "same") -> Original:
     fills = [_unlike(random, below, shade) for _ in shapes]
     drawn = "".join(f'<path fill="{fill}" d="{data}"/>' for fill, data in zip(fills, shapes, strict=True))
     other = _tinted(random, level)
-    grounds = {"none": ["#000000", "#ffffff"], "flat": [below]}.get(ground, [below, other])
+    grounds = {"none": ["#000000", "#ffffff"], "flat": [below], "card": [below]}.get(ground, [below, other])
     if form == "ellipse":
         data, shade = _at_the_feet(random, side, sigma), replace(shade, offset=(0.0, 0.0))
     else:
@@ -196,6 +196,10 @@ def _ground(kind: str, below: str, other: str, side: int) -> str:
     whole = f'<rect width="{side}" height="{side}" fill="{below}"/>'
     if kind == "flat":
         return whole
+    if kind == "card":
+        edge, size = round(0.03 * side), side - 2 * round(0.03 * side)
+        card = f'<rect x="{edge}" y="{edge}" width="{size}" height="{size}" rx="{0.1 * side:.2f}" fill="{below}"/>'
+        return f'<rect width="{side}" height="{side}" fill="#ffffff"/>{card}'
     if kind == "two":
         # Its edge runs below the shapes.
         return f'{whole}<rect y="{0.5 * side:.2f}" width="{side}" height="{side}" fill="{other}"/>'

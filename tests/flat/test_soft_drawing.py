@@ -46,10 +46,34 @@ def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tup
     pytest.importorskip("svgelements")
     found = find_shadow(picture(sigma=sigma, ground=ground, color=color, x=offset[0], y=offset[1]))
     assert found is not None
-    assert found.sigma == pytest.approx(sigma, rel=0.1)
-    assert found.offset == pytest.approx(offset, abs=0.3)
+    assert found.look.sigma == pytest.approx(sigma, rel=0.1)
+    assert found.look.offset == pytest.approx(offset, abs=0.3)
     change = np.array(parse_color(color)) - np.array(parse_color(ground))
-    assert np.abs(found.amplitude - 0.6 * change).max() <= 4.0 / 255.0
+    assert np.abs(found.look.amplitude / 255.0 - 0.6 * change).max() <= 4.0 / 255.0
+
+
+RAMP = """<linearGradient id="r" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="20" y2="80">
+<stop stop-color="#e8d8c0"/><stop offset="1" stop-color="#f8f0ff"/></linearGradient>
+<rect width="80" height="80" fill="url(#r)"/>"""
+
+CARD = '<rect width="80" height="80" fill="#456"/><rect x="2" y="2" width="76" height="76" rx="8" fill="#f4e0c8"/>'
+
+
+@pytest.mark.parametrize(("ground", "is_flat"), [(RAMP, False), (CARD, True)])
+def test_a_shadow_on_a_gradient_or_on_a_card_is_measured(ground: str, is_flat: bool) -> None:
+    pytest.importorskip("svgelements")
+    text = SHADOWED.format(sigma=3, ground="#fff", color="#203060", x=4, y=6, top="")
+    flat = '<rect width="80" height="80" fill="#fff"/>'
+    image = draw_8_bits(read_svg(text.replace(flat, ground)).scene, SIDE, SIDE, 1)[..., :3]
+    found = find_shadow(image.astype(np.float32) / 255.0)
+    assert found is not None and found.ground.is_flat == is_flat
+    assert found.look.sigma == pytest.approx(3.0, rel=0.05) and found.look.offset == pytest.approx((4.0, 6.0), abs=0.1)
+    if not is_flat:  # the ground behind it tells how opaque it is
+        assert found.paint[1] == pytest.approx(0.6, abs=0.15)
+    head = '<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80">'
+    scene = read_svg(f'{head}{ground}<path fill="#2f7de0" d="{SHAPE}"/></svg>').scene
+    expected = draw_8_bits(scene, SIDE, SIDE, 1)[..., :3] / 255.0
+    assert np.abs(found.clean - expected).mean() < 0.002
 
 
 def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
@@ -62,7 +86,7 @@ def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
     )
     found = find_shadow(np.round(255.0 * image).astype(np.float32) / 255.0)
     assert found is not None and found.clean.shape == (SIDE, SIDE, 4)
-    assert found.sigma == pytest.approx(3.0, rel=0.03) and found.offset == pytest.approx((4.0, 6.0), abs=0.1)
+    assert found.look.sigma == pytest.approx(3.0, rel=0.03) and found.look.offset == pytest.approx((4.0, 6.0), abs=0.1)
     paint, opacity = found.paint
     assert opacity == pytest.approx(0.6, abs=0.02) and np.abs(paint - color).max() < 0.02
     assert found.clean[60, 30, 3] < 0.02 and found.clean[30, 30, 3] > 0.98
@@ -73,7 +97,7 @@ def test_a_shape_without_a_shadow_beside_one_with_it_changes_nothing() -> None:
     pytest.importorskip("svgelements")
     found = find_shadow(picture(x=-6, y=-8, top='<path fill="#123" d="M50 62h22v8h-22z"/>'))
     assert found is not None
-    assert found.offset == pytest.approx((-6, -8), abs=0.1) and found.sigma == pytest.approx(3.0, rel=0.03)
+    assert found.look.offset == pytest.approx((-6, -8), abs=0.1) and found.look.sigma == pytest.approx(3.0, rel=0.03)
     assert found.casters[66, 60] == 0.0 and found.casters[30, 30] == 1.0
 
 
@@ -102,11 +126,11 @@ def test_a_soft_spot_below_a_figure_is_an_ellipse(top: str) -> None:
     text = text[: text.index("<g ")] + spot + text[text.index("</g>") + len("</g>") :]
     text = text.replace(f'<path fill="#2f7de0" d="{SHAPE}"/>', "")
     found = find_shadow(draw_8_bits(read_svg(text).scene, SIDE, SIDE, 1).astype(np.float32) / 255.0)
-    assert found is not None and found.sigma == pytest.approx(2.5, rel=0.05)
+    assert found is not None and found.look.sigma == pytest.approx(2.5, rel=0.05)
     y, x = np.indices((SIDE, SIDE)) + 0.5
     ellipse = ((x - 38) / 26) ** 2 + ((y - 58) / 9) ** 2 <= 1.0
     assert np.abs(found.casters - ellipse).sum() < 0.06 * ellipse.sum()
-    np.testing.assert_allclose(found.amplitude, -0.5, atol=0.02)
+    np.testing.assert_allclose(found.look.amplitude / 255.0, -0.5, atol=0.02)
     np.testing.assert_allclose(found.clean[62:, :], 1.0, atol=0.01)
 
 
@@ -152,9 +176,11 @@ def test_a_line_beside_a_shape_hides_its_part_of_the_shadow() -> None:
     shadow = find_shadow(picture())
     assert shadow is not None
     text = f'<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><path d="{SHAPE}"/>{line}</svg>'
-    again = measured_again(image, read_svg(text).scene, [0], replace(shadow, sigma=2.5, offset=(3.0, 5.0)), 1)
-    assert again.sigma == pytest.approx(3.0, rel=0.02) and again.offset == pytest.approx((4.0, 6.0), abs=0.05)
-    np.testing.assert_allclose(again.amplitude, -0.6, atol=0.01)
+    again = measured_again(
+        image, read_svg(text).scene, [0], replace(shadow, look=replace(shadow.look, sigma=2.5, offset=(3.0, 5.0))), 1
+    )
+    assert again.look.sigma == pytest.approx(3.0, rel=0.02) and again.look.offset == pytest.approx((4.0, 6.0), abs=0.05)
+    np.testing.assert_allclose(again.look.amplitude / 255.0, -0.6, atol=0.01)
 
 
 def test_a_painted_hole_through_which_the_shadow_is_seen_is_found() -> None:

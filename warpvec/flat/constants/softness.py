@@ -26,6 +26,16 @@ class SoftnessConstants:
     ground_share: float = 0.04
     """Least share of the picture that the ground has on which a shadow lies. Smaller ones are parts of a drawing."""
 
+    bend_max: float = 2.5
+    """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
+    and 100 levels has 4."""
+
+    plate_share: float = 0.1
+    """The same for a ground with a gradient, and for a shape inside the picture."""
+
+    graded_share: float = 0.5
+    """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
+
     zone_area: int = 60
     """Fewest pixels of a soft zone: a shadow of 1 px around a shape of 20 px has as many."""
 
@@ -84,6 +94,9 @@ class SoftnessConstants:
     spot_plateaus_max: int = 3000
     """Most plateaus of a picture in which a soft spot is looked for; more are the texture of a photo. A figure with
     gradients has 1,400."""
+
+    explained: float = 0.02
+    """The same for a shadow after which no other ground is tried."""
 
     begin_unexplained: float = 0.4
     """The same where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from 0.5 on takes ten

@@ -11,14 +11,15 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
-from warpvec.flat.softness.shadow_fitting import FoundShadow, amplitude_of, reduced
+from warpvec.flat.softness.shadow_fitting import FoundShadow, amplitude_of, explained, reduced
 
 
-def find_spot(change: Floats, is_seen: Mask) -> tuple[Floats, FoundShadow] | None:
+def find_spot(change: Floats, deviation: Floats | None, is_seen: Mask) -> tuple[Floats, FoundShadow] | None:
     """Return the coverage of an ellipse [h, w] and how it is blurred; None if nothing like that is seen.
 
     Args:
         change: the picture minus its ground, in levels [h, w, C].
+        deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
         is_seen: where no shape covers the ground [h, w].
     """
     height, width = is_seen.shape
@@ -26,15 +27,16 @@ def find_spot(change: Floats, is_seen: Mask) -> tuple[Floats, FoundShadow] | Non
     small, seen = reduced(change, step), reduced(is_seen.astype(np.float64), step) == 1.0
     if (seen & (np.abs(small).max(2) > SOFTNESS.alike)).sum() * step * step < SOFTNESS.zone_area:
         return None
+    varied = None if deviation is None else reduced(deviation, step)
     for start in _starts(small, seen):
-        values, amplitude, unexplained = _fit(small, seen, start)
+        values, look, unexplained = _fit(small, varied, seen, start)
         if unexplained <= SOFTNESS.spot_unexplained or unexplained > SOFTNESS.coarse_unexplained:
             break
     if unexplained > SOFTNESS.spot_unexplained:
         return None
     whole = values + np.array([0.0, 0.0, *[np.log(step)] * 2, 0.0, np.log(step)])
     whole[:2] *= step
-    return _ellipse(whole, height, width), ((0.0, 0.0), float(np.exp(whole[5])), amplitude, unexplained)
+    return _ellipse(whole, height, width), FoundShadow((0.0, 0.0), float(np.exp(whole[5])), *look, unexplained)
 
 
 def _starts(change: Floats, is_seen: Mask) -> list[Floats]:
@@ -50,15 +52,18 @@ def _starts(change: Floats, is_seen: Mask) -> list[Floats]:
     return [np.array([*middle, *np.log(radii), turn, np.log(blur * radii[1])]) for blur in SOFTNESS.spot_blurs]
 
 
-def _fit(change: Floats, is_seen: Mask, start: Floats) -> tuple[Floats, Floats, float]:
-    """Return the ellipse [6] that fits best from ``start`` on, its amplitude [C], and the unexplained share."""
+def _fit(
+    change: Floats, deviation: Floats | None, is_seen: Mask, start: Floats
+) -> tuple[Floats, tuple[Floats, float], float]:
+    """Return the ellipse [6] that fits best from ``start`` on, its amplitude and opacity, and the unexplained share."""
     from scipy.optimize import least_squares  # pictures without a soft spot need not load it
 
-    seen, (height, width) = change[is_seen], is_seen.shape
+    seen, varied = change[is_seen], None if deviation is None else deviation[is_seen]
+    height, width = is_seen.shape
 
     def residual(values: Floats) -> Floats:
         own = _blurred(values, height, width)[is_seen]
-        left: Floats = (seen - own[:, None] * amplitude_of(own, seen)).ravel()
+        left: Floats = (seen - explained(own, seen, varied)).ravel()
         return left
 
     side = max(height, width)
@@ -68,7 +73,7 @@ def _fit(change: Floats, is_seen: Mask, start: Floats) -> tuple[Floats, Floats, 
     scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.spot_settled
     found = least_squares(residual, begin, bounds=(low, high), x_scale=scale, diff_step=1e-3, ftol=settled)
     own = _blurred(found.x, height, width)[is_seen]
-    return found.x, amplitude_of(own, seen), float(2.0 * found.cost) / max(float((seen * seen).sum()), 1e-12)
+    return found.x, amplitude_of(own, seen, varied), float(2.0 * found.cost) / max(float((seen * seen).sum()), 1e-12)
 
 
 def _blurred(values: Floats, height: int, width: int) -> Floats:
