@@ -22,21 +22,32 @@ def find_spot(change: Floats, deviation: Floats | None, is_seen: Mask) -> tuple[
         deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
         is_seen: where no shape covers the ground [h, w].
     """
-    height, width = is_seen.shape
-    step = -(-max(height, width) // SOFTNESS.coarse_side)
+    rough = _fitted(change, deviation, is_seen, SOFTNESS.coarse_side // 2, None)
+    if rough is None or rough[2] > SOFTNESS.coarse_unexplained:
+        return None
+    found = _fitted(change, deviation, is_seen, SOFTNESS.coarse_side, rough[0])
+    if found is None or found[2] > SOFTNESS.spot_unexplained:
+        return None
+    values, look, unexplained = found
+    return _ellipse(values, *is_seen.shape), FoundShadow((0.0, 0.0), float(np.exp(values[5])), *look, unexplained)
+
+
+def _fitted(
+    change: Floats, deviation: Floats | None, is_seen: Mask, side: int, rough: Floats | None
+) -> tuple[Floats, tuple[Floats, float], float] | None:
+    """Return what `_fit` does in a copy of a ``side`` in pixels, from a ``rough`` ellipse [6] on or anew.
+
+    Ellipses are in pixels of the picture. None if nothing lies on the ground.
+    """
+    step = -(-max(is_seen.shape) // side)
     small, seen = reduced(change, step), reduced(is_seen.astype(np.float64), step) == 1.0
     if (seen & (np.abs(small).max(2) > SOFTNESS.alike)).sum() * step * step < SOFTNESS.zone_area:
         return None
     varied = None if deviation is None else reduced(deviation, step)
-    for start in _starts(small, seen):
-        values, look, unexplained = _fit(small, varied, seen, start)
-        if unexplained <= SOFTNESS.spot_unexplained or unexplained > SOFTNESS.coarse_unexplained:
-            break
-    if unexplained > SOFTNESS.spot_unexplained:
-        return None
-    whole = values + np.array([0.0, 0.0, *[np.log(step)] * 2, 0.0, np.log(step)])
-    whole[:2] *= step
-    return _ellipse(whole, height, width), FoundShadow((0.0, 0.0), float(np.exp(whole[5])), *look, unexplained)
+    scale, grown = np.array([step, step, 1.0, 1.0, 1.0, 1.0]), np.log(step) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
+    starts = _starts(small, seen) if rough is None else [(rough - grown) / scale]
+    values, look, unexplained = min((_fit(small, varied, seen, start) for start in starts), key=lambda each: each[2])
+    return values * scale + grown, look, unexplained
 
 
 def _starts(change: Floats, is_seen: Mask) -> list[Floats]:
