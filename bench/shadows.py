@@ -1,8 +1,9 @@
 """Draw pictures with one shadow or glow of our own making, and compare what warpvec finds with what was drawn.
 
-    python bench/shadows.py [--ground flat|two|ramp|none] [--count 30] [--seed 0]
+    python bench/shadows.py [--ground flat|card|ramp|two|none] [--form same|ellipse] [--count 30] [--seed 0]
 
-Each seed is a drawing: one to three shapes, their shadow or glow below them, and a ground. The pictures are drawn with
+Each seed is a drawing: one to three shapes, their shadow or glow below them, and a ground. With ``--form ellipse`` the
+shadow is an ellipse at their feet. The pictures are drawn with
 an exact Gaussian. Offset, sigma and colour are read from the soft paths of the file. Its colour is that of a full
 shadow over each colour of the ground, or over black and white if there is none; PSNR is that of the file as
 warpvec draws it, and as resvg does, whose blur is an approximation.
@@ -26,8 +27,11 @@ from warpvec.image.metrics import psnr
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
 
-GROUNDS = ("flat", "two", "ramp", "none")
-"""What is below a shadow: one colour, two, a gradient, or nothing in a transparent picture."""
+GROUNDS = ("flat", "card", "ramp", "two", "none")
+"""What is below a shadow: one colour, a card on a page, a gradient, two colours, or a transparent picture's nothing."""
+
+FORMS = ("same", "ellipse")
+"""Outline of a shadow: that of the shapes, or an ellipse."""
 
 SIGMAS = (1.0, 20.0)
 """Range of the standard deviations in pixels; their logarithms are spread evenly."""
@@ -61,7 +65,7 @@ class Original:
 
     Attributes:
         side: of its picture in pixels.
-        data: the outline of all shapes.
+        data: the outline of the shadow, before it is moved.
         ground: the elements of the ground.
         grounds: its colours.
         shapes: the elements of the shapes.
@@ -111,7 +115,7 @@ class Row:
         )  # fmt: skip
 
 
-def original(seed: int, ground: str) -> Original:
+def original(seed: int, ground: str, form: str = "same") -> Original:
     """Return the drawing of a seed."""
     random = np.random.default_rng(seed)
     side = int(random.integers(*SIDES))
@@ -129,8 +133,12 @@ def original(seed: int, ground: str) -> Original:
     fills = [_unlike(random, below, shade) for _ in shapes]
     drawn = "".join(f'<path fill="{fill}" d="{data}"/>' for fill, data in zip(fills, shapes, strict=True))
     other = _tinted(random, level)
-    grounds = {"none": ["#000000", "#ffffff"], "flat": [below]}.get(ground, [below, other])
-    return Original(side, "".join(shapes), _ground(ground, below, other, side), grounds, drawn, shade)
+    grounds = {"none": ["#000000", "#ffffff"], "flat": [below], "card": [below]}.get(ground, [below, other])
+    if form == "ellipse":
+        data, shade = _at_the_feet(random, side, sigma), replace(shade, offset=(0.0, 0.0))
+    else:
+        data = "".join(shapes)
+    return Original(side, data, _ground(ground, below, other, side), grounds, drawn, shade)
 
 
 def _tinted(random: np.random.Generator, level: float) -> str:
@@ -173,6 +181,14 @@ def _shape(random: np.random.Generator, side: int, place: tuple[float, float, fl
     return "M" + "L".join(f"{a:.2f} {b:.2f}" for a, b in points) + "z"
 
 
+def _at_the_feet(random: np.random.Generator, side: int, sigma: float) -> str:
+    """Return the data of an ellipse below the middle, with a smaller radius of at least two standard deviations."""
+    x, y, wide = 0.5 * side, 0.72 * side, side * random.uniform(0.2, 0.3)
+    high = max(2.0 * sigma, wide * random.uniform(0.15, 0.4))
+    half = f"a{wide:.2f} {high:.2f} 0 0 1"
+    return f"M{x - wide:.2f} {y:.2f}{half} {2 * wide:.2f} 0{half} {-2 * wide:.2f} 0z"
+
+
 def _ground(kind: str, below: str, other: str, side: int) -> str:
     """Return the elements of a ground of one or two colours."""
     if kind == "none":
@@ -180,6 +196,10 @@ def _ground(kind: str, below: str, other: str, side: int) -> str:
     whole = f'<rect width="{side}" height="{side}" fill="{below}"/>'
     if kind == "flat":
         return whole
+    if kind == "card":
+        edge, size = round(0.03 * side), side - 2 * round(0.03 * side)
+        card = f'<rect x="{edge}" y="{edge}" width="{size}" height="{size}" rx="{0.1 * side:.2f}" fill="{below}"/>'
+        return f'<rect width="{side}" height="{side}" fill="#ffffff"/>{card}'
     if kind == "two":
         # Its edge runs below the shapes.
         return f'{whole}<rect y="{0.5 * side:.2f}" width="{side}" height="{side}" fill="{other}"/>'
@@ -189,9 +209,9 @@ def _ground(kind: str, below: str, other: str, side: int) -> str:
     return f'{ramp}<rect width="{side}" height="{side}" fill="url(#r)"/>'
 
 
-def measured(seed: int, ground: str, folder: Path | None = None) -> Row:
+def measured(seed: int, ground: str, form: str, folder: Path | None = None) -> Row:
     """Draw a seed, let warpvec turn it into a file, and compare."""
-    truth = original(seed, ground)
+    truth = original(seed, ground, form)
     scene = read_svg(truth.svg).scene
     side = truth.side
     picture = draw_8_bits(scene, side, side, 1)
@@ -252,14 +272,15 @@ def _over_white(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @click.command()
 @click.option("--ground", type=click.Choice(GROUNDS), default="flat", show_default=True)
+@click.option("--form", type=click.Choice(FORMS), default="same", show_default=True, help="Outline of the shadow.")
 @click.option("--count", default=30, show_default=True, help="Drawings.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the first drawing.")
 @click.option("--save", type=click.Path(file_okay=False, path_type=Path), help="Folder of originals and drawings.")
-def main(ground: str, count: int, seed: int, save: Path | None) -> None:
+def main(ground: str, form: str, count: int, seed: int, save: Path | None) -> None:
     """Count how many shadows are found as they were drawn."""
     rows = []
     for each in range(seed, seed + count):
-        row = measured(each, ground, save)
+        row = measured(each, ground, form, save)
         rows.append(row)
         shade = row.original.shade
         click.echo(

@@ -46,10 +46,34 @@ def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tup
     pytest.importorskip("svgelements")
     found = find_shadow(picture(sigma=sigma, ground=ground, color=color, x=offset[0], y=offset[1]))
     assert found is not None
-    assert found.sigma == pytest.approx(sigma, rel=0.1)
-    assert found.offset == pytest.approx(offset, abs=0.3)
+    assert found.look.sigma == pytest.approx(sigma, rel=0.1)
+    assert found.look.offset == pytest.approx(offset, abs=0.3)
     change = np.array(parse_color(color)) - np.array(parse_color(ground))
-    assert np.abs(found.amplitude - 0.6 * change).max() <= 4.0 / 255.0
+    assert np.abs(found.look.amplitude / 255.0 - 0.6 * change).max() <= 4.0 / 255.0
+
+
+RAMP = """<linearGradient id="r" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="20" y2="80">
+<stop stop-color="#e8d8c0"/><stop offset="1" stop-color="#f8f0ff"/></linearGradient>
+<rect width="80" height="80" fill="url(#r)"/>"""
+
+CARD = '<rect width="80" height="80" fill="#456"/><rect x="2" y="2" width="76" height="76" rx="8" fill="#f4e0c8"/>'
+
+
+@pytest.mark.parametrize(("ground", "is_flat"), [(RAMP, False), (CARD, True)])
+def test_a_shadow_on_a_gradient_or_on_a_card_is_measured(ground: str, is_flat: bool) -> None:
+    pytest.importorskip("svgelements")
+    text = SHADOWED.format(sigma=3, ground="#fff", color="#203060", x=4, y=6, top="")
+    flat = '<rect width="80" height="80" fill="#fff"/>'
+    image = draw_8_bits(read_svg(text.replace(flat, ground)).scene, SIDE, SIDE, 1)[..., :3]
+    found = find_shadow(image.astype(np.float32) / 255.0)
+    assert found is not None and found.ground.is_flat == is_flat
+    assert found.look.sigma == pytest.approx(3.0, rel=0.05) and found.look.offset == pytest.approx((4.0, 6.0), abs=0.1)
+    if not is_flat:  # the ground behind it tells how opaque it is
+        assert found.paint[1] == pytest.approx(0.6, abs=0.15)
+    head = '<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80">'
+    scene = read_svg(f'{head}{ground}<path fill="#2f7de0" d="{SHAPE}"/></svg>').scene
+    expected = draw_8_bits(scene, SIDE, SIDE, 1)[..., :3] / 255.0
+    assert np.abs(found.clean - expected).mean() < 0.002
 
 
 def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
@@ -62,7 +86,7 @@ def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
     )
     found = find_shadow(np.round(255.0 * image).astype(np.float32) / 255.0)
     assert found is not None and found.clean.shape == (SIDE, SIDE, 4)
-    assert found.sigma == pytest.approx(3.0, rel=0.03) and found.offset == pytest.approx((4.0, 6.0), abs=0.1)
+    assert found.look.sigma == pytest.approx(3.0, rel=0.03) and found.look.offset == pytest.approx((4.0, 6.0), abs=0.1)
     paint, opacity = found.paint
     assert opacity == pytest.approx(0.6, abs=0.02) and np.abs(paint - color).max() < 0.02
     assert found.clean[60, 30, 3] < 0.02 and found.clean[30, 30, 3] > 0.98
@@ -73,7 +97,7 @@ def test_a_shape_without_a_shadow_beside_one_with_it_changes_nothing() -> None:
     pytest.importorskip("svgelements")
     found = find_shadow(picture(x=-6, y=-8, top='<path fill="#123" d="M50 62h22v8h-22z"/>'))
     assert found is not None
-    assert found.offset == pytest.approx((-6, -8), abs=0.1) and found.sigma == pytest.approx(3.0, rel=0.03)
+    assert found.look.offset == pytest.approx((-6, -8), abs=0.1) and found.look.sigma == pytest.approx(3.0, rel=0.03)
     assert found.casters[66, 60] == 0.0 and found.casters[30, 30] == 1.0
 
 
@@ -92,6 +116,30 @@ def test_a_picture_without_a_shadow_has_none() -> None:
     ramp = image.copy()  # a gradient on the shape is no shadow
     ramp[24:40, 24:52] *= np.linspace(0.3, 1.0, 28, dtype=np.float32)[None, :, None]
     assert find_shadow(ramp) is None
+
+
+@pytest.mark.parametrize("top", ["", '<path fill="#fc3" stroke="#2f7de0" stroke-width="4" d="M26 10h24v50h-24z"/>'])
+def test_a_soft_spot_below_a_figure_is_an_ellipse(top: str) -> None:
+    pytest.importorskip("svgelements")
+    spot = '<ellipse filter="url(#b)" cx="38" cy="58" rx="26" ry="9" fill="#000" fill-opacity=".5"/>'
+    text = SHADOWED.format(sigma=2.5, ground="#fff", color="#000", x=0, y=0, top=top)
+    text = text[: text.index("<g ")] + spot + text[text.index("</g>") + len("</g>") :]
+    text = text.replace(f'<path fill="#2f7de0" d="{SHAPE}"/>', "")
+    found = find_shadow(draw_8_bits(read_svg(text).scene, SIDE, SIDE, 1).astype(np.float32) / 255.0)
+    assert found is not None and found.look.sigma == pytest.approx(2.5, rel=0.05)
+    y, x = np.indices((SIDE, SIDE)) + 0.5
+    ellipse = ((x - 38) / 26) ** 2 + ((y - 58) / 9) ** 2 <= 1.0
+    assert np.abs(found.casters - ellipse).sum() < 0.06 * ellipse.sum()
+    np.testing.assert_allclose(found.look.amplitude / 255.0, -0.5, atol=0.02)
+    np.testing.assert_allclose(found.clean[62:, :], 1.0, atol=0.01)
+
+
+def test_a_ball_with_a_gradient_is_no_soft_spot() -> None:
+    y, x = np.indices((SIDE, SIDE)) + 0.5
+    away = np.hypot(x - 40, y - 40)[..., None]
+    shade = 1.0 - np.array([0.2, 0.6, 0.8]) * (1.0 - 0.8 * away / 26.0)
+    image = np.where(away <= 26.0, shade, 1.0)
+    assert find_shadow(np.round(255.0 * image).astype(np.float32) / 255.0) is None
 
 
 def test_a_shadow_becomes_one_soft_path() -> None:
@@ -128,9 +176,11 @@ def test_a_line_beside_a_shape_hides_its_part_of_the_shadow() -> None:
     shadow = find_shadow(picture())
     assert shadow is not None
     text = f'<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><path d="{SHAPE}"/>{line}</svg>'
-    again = measured_again(image, read_svg(text).scene, [0], replace(shadow, sigma=2.5, offset=(3.0, 5.0)), 1)
-    assert again.sigma == pytest.approx(3.0, rel=0.02) and again.offset == pytest.approx((4.0, 6.0), abs=0.05)
-    np.testing.assert_allclose(again.amplitude, -0.6, atol=0.01)
+    again = measured_again(
+        image, read_svg(text).scene, [0], replace(shadow, look=replace(shadow.look, sigma=2.5, offset=(3.0, 5.0))), 1
+    )
+    assert again.look.sigma == pytest.approx(3.0, rel=0.02) and again.look.offset == pytest.approx((4.0, 6.0), abs=0.05)
+    np.testing.assert_allclose(again.look.amplitude / 255.0, -0.6, atol=0.01)
 
 
 def test_a_painted_hole_through_which_the_shadow_is_seen_is_found() -> None:

@@ -10,9 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
 import torch
-from torch import Tensor
 
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.cutting.cutout import cut_out
@@ -25,6 +23,7 @@ from warpvec.flat.softness.shapes import (
     find_gaps,
     joined_outlines,
     measured_again,
+    paths_below,
     soft_copy,
 )
 from warpvec.geometry.scene import Scene
@@ -50,7 +49,7 @@ class SoftDrawing:
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return what `FlatDrawing.draw` does, or the better drawing with a soft path.
 
-        The first is not drawn if the one with a soft path is short and exact: it would take as long again. It comes
+        The first is not drawn if a shadow makes the drawing short and exact: it would take as long again. It comes
         first if there is a time budget.
         """
         if not self._may_be_soft:
@@ -59,7 +58,12 @@ class SoftDrawing:
             hard = self.hard.draw(detail)
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
         soft = self._soft(detail)
-        return soft if soft is not None and self._is_right(soft[0]) else self._better(soft, self.hard.draw(detail))
+        is_sure = self._shadow is not None and self._shadow.is_cast
+        return (
+            soft
+            if soft is not None and is_sure and self._is_right(soft[0])
+            else self._better(soft, self.hard.draw(detail))
+        )
 
     def _better(
         self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]
@@ -77,7 +81,8 @@ class SoftDrawing:
         if self._is_time_up or self._outline is None or self._is_time_up:
             return None
         sharp = self._with_gaps(sharp, self._shadow)
-        free = self._fitted(_inserted(sharp, soft_copy(self._outline, self._shadow), self._shadow))
+        below = paths_below(sharp, self._shadow, self.work.config.threads)
+        free = self._fitted(_inserted(sharp, soft_copy(self._outline, self._shadow), below))
         same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow)
         if same is None:
             return free, left_out
@@ -120,16 +125,18 @@ class SoftDrawing:
 
     def _with_gaps(self, sharp: Scene, shadow: Shadow) -> Scene:
         """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them."""
-        below, (height, width) = _lower_count(sharp, shadow), self.work.image.shape[:2]
+        (height, width), threads = self.work.image.shape[:2], self.work.config.threads
+        below = paths_below(sharp, shadow, threads)
         shapes = sharp.select(torch.arange(below, len(sharp)))
-        is_gap = find_gaps(shapes, shadow, self.work.config.threads)
+        is_gap = find_gaps(shapes, shadow, threads)
         if not is_gap.any():
             return sharp
         return sharp.prefix(below).joined(cut_windows(shapes, is_gap, width, height))
 
     def _with_same_outline(self, sharp: Scene, shadow: Shadow) -> Scene | None:
         """Return ``sharp`` above a shadow with the outlines of its shapes; None if no paths are what casts it."""
-        below, threads, image = _lower_count(sharp, shadow), self.work.config.threads, self.work.image.numpy()
+        threads, image = self.work.config.threads, self.work.image.numpy()
+        below = paths_below(sharp, shadow, threads)
         shapes = sharp.select(torch.arange(below, len(sharp)))
         casters = find_casters(shapes, shadow, threads) if 0 < len(shapes) <= SOFTNESS.paths_right else None
         if casters is None:
@@ -137,13 +144,13 @@ class SoftDrawing:
         for _ in range(SOFTNESS.same_rounds):
             shadow = measured_again(image, shapes, casters, shadow, threads)
             whole = self._fitted(
-                _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), shadow), is_soft_fitted=False
+                _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), below), is_soft_fitted=False
             )
             assert whole.softness is not None
             sharp = whole.select(~whole.softness.is_soft)
             shapes = sharp.select(torch.arange(below, len(sharp)))
         shadow = measured_again(image, shapes, casters, shadow, threads)
-        return _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), shadow)
+        return _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), below)
 
     def _fitted(self, scene: Scene, *, is_soft_fitted: bool = True) -> Scene:
         """Return ``scene`` with its soft paths fitted, or the others; a fit may undo level lines of these."""
@@ -170,21 +177,7 @@ class SoftDrawing:
         return error * len(write_svg(scene, width, height)) ** SOFTNESS.byte_exponent
 
 
-def _inserted(scene: Scene, path: Scene, shadow: Shadow) -> Scene:
-    """Return ``scene`` with ``path`` right above the ground: the page, or the lowest path if it has its colour."""
-    below = _lower_count(scene, shadow)
+def _inserted(scene: Scene, path: Scene, below: int) -> Scene:
+    """Return ``scene`` with ``path`` above its ``below`` lowest paths."""
     lower, upper = scene.prefix(below), scene.select(torch.arange(below, len(scene)))
     return lower.joined(path).joined(upper)
-
-
-def _lower_count(scene: Scene, shadow: Shadow) -> int:
-    """Return how many paths lie below the shadow: the ground, unless the page is, or there is none."""
-    if len(shadow.ground) > 3:
-        return 0
-    ground = torch.from_numpy(shadow.ground).float()
-    is_page = not scene.transparent and _is_near(scene.background, ground)
-    return 0 if is_page or not len(scene) or not _is_near(scene.color[0], ground) else 1
-
-
-def _is_near(color: Tensor, other: Tensor) -> bool:
-    return bool(np.abs((color - other).numpy()).max() <= SOFTNESS.alike / 255.0 + math.ulp(1.0))

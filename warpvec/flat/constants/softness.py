@@ -26,6 +26,16 @@ class SoftnessConstants:
     ground_share: float = 0.04
     """Least share of the picture that the ground has on which a shadow lies. Smaller ones are parts of a drawing."""
 
+    bend_max: float = 2.5
+    """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
+    and 100 levels has 4."""
+
+    plate_share: float = 0.1
+    """The same for a ground with a gradient, and for a shape inside the picture."""
+
+    graded_share: float = 0.5
+    """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
+
     zone_area: int = 60
     """Fewest pixels of a soft zone: a shadow of 1 px around a shape of 20 px has as many."""
 
@@ -40,6 +50,9 @@ class SoftnessConstants:
 
     sigma_max: float = 60.0
     """Largest one that is looked for."""
+
+    offset_max: float = 80.0
+    """Largest offset that is looked for."""
 
     unexplained: float = 0.12
     """Share of the energy of a soft zone that a shadow may leave unexplained. Shadows that were drawn leave below
@@ -61,11 +74,33 @@ class SoftnessConstants:
     coarse_side: int = 128
     """Side in pixels of the small copy on which a shadow is looked for first. It tells most gradients from shadows."""
 
+    spot_blurs: tuple[float, ...] = (0.15, 0.5)
+    """Standard deviations from which the fit of a soft spot begins, in smaller radii: with either alone some spots are
+    missed."""
+
+    spot_unexplained: float = 0.006
+    """The same as ``unexplained`` for a soft spot, whose form is free: a ball with a gradient leaves 0.005 to 0.03, the
+    shadow below a figure, which its filter cut off, 0.003."""
+
+    spot_settled: float = 1e-3
+    """Relative change of the error below which its fit ends: the fit of the drawing does the rest."""
+
     coarse_unexplained: float = 0.3
     """The same as ``unexplained`` in the small copy, whose masks are rough."""
 
     plateaus_max: int = 1000
-    """Most plateaus of a picture that is looked at; more are the texture of a photo."""
+    """Most plateaus of a picture in which shadows of shapes are looked for: each takes time."""
+
+    spot_plateaus_max: int = 3000
+    """Most plateaus of a picture in which a soft spot is looked for; more are the texture of a photo. A figure with
+    gradients has 1,400."""
+
+    explained: float = 0.02
+    """The same for a shadow after which no other ground is tried."""
+
+    begin_unexplained: float = 0.4
+    """The same where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from 0.5 on takes ten
+    seconds to find nothing."""
 
     rounds: int = 4
     """Most fits of a shadow after the first. Before each, shapes that the shadow explains are left out of what casts

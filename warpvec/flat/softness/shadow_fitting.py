@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from scipy import ndimage
 
@@ -12,15 +14,32 @@ _SIGMAS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Standard deviations from which the fit begins, each a factor of two apart."""
 
 
-FoundShadow = tuple[tuple[float, float], float, Floats, float]
-"""Offset, standard deviation, amplitude [C] and the unexplained share of the energy of a shadow."""
+@dataclass(frozen=True)
+class FoundShadow:
+    """A fitted shadow.
 
+    Attributes:
+        offset: how far it is moved to the right and down, in pixels.
+        sigma: its standard deviation in pixels.
+        amplitude: what it adds to the middle colour of the ground in each channel [C], in levels.
+        opacity: the share of what the ground deviates from its middle colour that it takes away; 0 for a flat ground.
+        unexplained: the share of the energy of what is seen that it does not explain.
+    """
 
-def shade_of(cast: Floats, found: FoundShadow) -> Floats:
-    """Return what a shadow adds to the ground [h, w, C], in levels."""
-    offset, sigma, amplitude, _ = found
-    shade: Floats = moved_blur(cast, offset, sigma)[..., None] * amplitude
-    return shade
+    offset: tuple[float, float]
+    sigma: float
+    amplitude: Floats
+    opacity: float
+    unexplained: float
+
+    def shade_of(self, cast: Floats, deviation: Floats | None) -> Floats:
+        """Return what the shadow of a coverage ``cast`` [h, w] adds to the ground [h, w, C], in levels.
+
+        The ``deviation`` of the ground from its middle colour is [h, w, C]; None for a flat one.
+        """
+        strength = moved_blur(cast, self.offset, self.sigma)[..., None]
+        shade: Floats = strength * (self.amplitude if deviation is None else self.amplitude - self.opacity * deviation)
+        return shade
 
 
 def moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Floats:
@@ -30,26 +49,57 @@ def moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Float
     return blurred
 
 
-def fit_shadow(change: Floats, mask: Floats, is_seen: Mask, rough: FoundShadow | None) -> FoundShadow | None:
+def amplitude_of(strength: Floats, seen: Floats, deviation: Floats | None) -> tuple[Floats, float]:
+    """Return the amplitude [C] and the opacity with which a ``strength`` [K] explains changes best.
+
+    Args:
+        strength: of the shadow at some pixels [K].
+        seen: what is added there to the ground [K, C].
+        deviation: of the ground from its middle colour there [K, C]; None for a flat one, whose opacity is 0.
+    """
+    energy = max(float(strength @ strength), 1e-12)
+    free: Floats = strength @ seen / energy
+    if deviation is None:
+        return free, 0.0
+    # Each channel has an amplitude of its own, and all have one opacity.
+    taken = strength[:, None] * deviation
+    along = strength @ taken / energy
+    rest = taken - strength[:, None] * along
+    opacity = -float((rest * seen).sum()) / max(float((rest * rest).sum()), 1e-12)
+    opacity = float(np.clip(opacity, 0.0, 1.0))
+    return free + opacity * along, opacity
+
+
+def explained(strength: Floats, seen: Floats, deviation: Floats | None) -> Floats:
+    """Return what a shadow of this ``strength`` adds at best [K, C]; arguments as for `amplitude_of`."""
+    amplitude, opacity = amplitude_of(strength, seen, deviation)
+    added: Floats = strength[:, None] * (amplitude if deviation is None else amplitude - opacity * deviation)
+    return added
+
+
+def fit_shadow(
+    change: Floats, deviation: Floats | None, mask: Floats, is_seen: Mask, rough: FoundShadow | None
+) -> FoundShadow | None:
     """Return the shadow that `_fit` finds in a small copy, or from a ``rough`` one on in the picture itself.
 
-    It is None if the small copy shows that there is none.
+    It is None if the small copy shows that there is none, or none that is as near and as sharp as shadows are.
     """
     if rough is not None:
-        (dx, dy), sigma, _, _ = rough
-        return _fit(change, mask, is_seen, (dx, dy, sigma))
+        return _fit(change, deviation, mask, is_seen, (*rough.offset, rough.sigma))
     step = -(-max(mask.shape) // SOFTNESS.coarse_side)
     if step == 1:
-        return _fit(change, mask, is_seen)
-    small = [_reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
-    coarse = _fit(small[0], small[1], small[2] == 1.0)
-    if coarse is None or coarse[3] > SOFTNESS.coarse_unexplained:
+        return _fit(change, deviation, mask, is_seen)
+    small = [reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
+    varied = None if deviation is None else reduced(deviation, step)
+    coarse = _fit(small[0], varied, small[1], small[2] == 1.0)
+    if coarse is None or coarse.unexplained > SOFTNESS.coarse_unexplained:
         return None
-    (dx, dy), sigma, amplitude, unexplained = coarse
-    return (step * dx, step * dy), step * sigma, amplitude, unexplained
+    offset, sigma = (step * coarse.offset[0], step * coarse.offset[1]), step * coarse.sigma
+    is_far = max(map(abs, offset)) > SOFTNESS.offset_max or sigma > SOFTNESS.sigma_max
+    return None if is_far else replace(coarse, offset=offset, sigma=sigma)
 
 
-def _reduced(values: Floats, step: int) -> Floats:
+def reduced(values: Floats, step: int) -> Floats:
     """Return the means [h // step, w // step, ...] of blocks of ``step`` x ``step`` pixels."""
     height, width = (size // step for size in values.shape[:2])
     blocks = values[: height * step, : width * step].reshape(height, step, width, step, *values.shape[2:])
@@ -58,42 +108,45 @@ def _reduced(values: Floats, step: int) -> Floats:
 
 
 def _fit(
-    change: Floats, mask: Floats, is_seen: Mask, begin: tuple[float, float, float] | None = None
+    change: Floats,
+    deviation: Floats | None,
+    mask: Floats,
+    is_seen: Mask,
+    begin: tuple[float, float, float] | None = None,
 ) -> FoundShadow | None:
-    """Return offset, standard deviation, amplitude [C] and the unexplained share of the energy of a shadow.
+    """Return the shadow that explains what is seen best; None if nothing changes, or nothing casts it.
 
     Args:
         change: the picture minus its ground, in levels [h, w, C].
+        deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
         mask: coverage of the casters [h, w].
         is_seen: where nothing covers the shadow [h, w].
-        begin: an offset and a standard deviation that are nearly right; None to look for these.
+        begin: an offset and a standard deviation that are nearly right; None to look for these. If they explain
+            hardly more than nothing, no shadow is returned.
     """
     from scipy.optimize import least_squares  # pictures without a shadow need not load it
 
-    seen = change[is_seen]
+    seen, varied = change[is_seen], None if deviation is None else deviation[is_seen]
     energy = float((seen * seen).sum())
     if energy <= 0.0 or not mask.any():
         return None
 
-    def amplitude(shade: Floats) -> Floats:
-        own = shade[is_seen]
-        found: Floats = own @ seen / max(float(own @ own), 1e-12)
-        return found
-
     def residual(values: Floats) -> Floats:
-        shade = moved_blur(mask, (values[0], values[1]), float(np.exp(values[2])))
-        left: Floats = (seen - shade[is_seen][:, None] * amplitude(shade)).ravel()
+        own = moved_blur(mask, (values[0], values[1]), float(np.exp(values[2])))[is_seen]
+        left: Floats = (seen - explained(own, seen, varied)).ravel()
         return left
 
     starts = _starts(change, mask, is_seen) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
-    losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts] if len(starts) > 1 else [0.0]
-    best = np.array(starts[int(np.argmin(losses))])
-    bounds = ([-80.0, -80.0, np.log(0.25)], [80.0, 80.0, np.log(SOFTNESS.sigma_max)])
+    losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
+    if begin is not None and losses[0] > SOFTNESS.begin_unexplained * energy:
+        return None
+    best, most = np.array(starts[int(np.argmin(losses))]), SOFTNESS.offset_max
+    bounds = ([-most, -most, np.log(0.25)], [most, most, np.log(SOFTNESS.sigma_max)])
     best = np.clip(best, np.array(bounds[0]) + 1e-3, np.array(bounds[1]) - 1e-3)
     found = least_squares(residual, best, bounds=bounds, x_scale=(1.0, 1.0, 0.2), diff_step=1e-3, max_nfev=30)
-    shade = moved_blur(mask, (found.x[0], found.x[1]), float(np.exp(found.x[2])))
     offset, sigma = (float(found.x[0]), float(found.x[1])), float(np.exp(found.x[2]))
-    return offset, sigma, amplitude(shade), float(2.0 * found.cost) / energy
+    look = amplitude_of(moved_blur(mask, offset, sigma)[is_seen], seen, varied)
+    return FoundShadow(offset, sigma, *look, float(2.0 * found.cost) / energy)
 
 
 def _starts(change: Floats, mask: Floats, is_seen: Mask) -> list[tuple[float, float, float]]:

@@ -9,6 +9,7 @@ With the exact coverage of the shapes, offset, blur and colour of the shadow fol
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -32,11 +33,12 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
     The drawing without the shadow may have painted a hole.
     """
     is_gap, (height, width) = torch.zeros(len(shapes), dtype=torch.bool), shadow.casters.shape
-    if len(shadow.ground) > 3:  # a transparent ground is never painted
+    ground = shadow.ground.color / 255.0
+    if len(ground) > 3 or not shadow.ground.is_flat:  # a transparent ground is never painted
         return is_gap
     most = 3.0 * SOFTNESS.alike / 255.0  # the picture without the shadow is not known better
-    apart = np.abs(shadow.clean - shadow.ground).max(2)
-    is_like = (shapes.color - torch.from_numpy(shadow.ground).to(shapes.color)).abs().amax(1) <= most
+    apart = np.abs(shadow.clean - ground).max(2)
+    is_like = (shapes.color - torch.from_numpy(ground).to(shapes.color)).abs().amax(1) <= most
     for k in is_like.nonzero().flatten().tolist():
         cover = _coverage(shapes.select(torch.tensor([k])), height, width, threads)
         area, common = cover.sum(), (cover * shadow.casters).sum()
@@ -66,6 +68,24 @@ def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int
     return sorted(found) if found and is_all and is_one else None
 
 
+def paths_below(scene: Scene, shadow: Shadow, threads: int | None) -> int:
+    """Return how many paths of ``scene`` lie below the ``shadow``: its ground, and what is below that.
+
+    None do if the ground is the page, or transparent.
+    """
+    ground = shadow.ground
+    if len(ground.color) > 3:
+        return 0
+    if ground.is_flat and ground.region.all():
+        color = torch.from_numpy(ground.color / 255.0).float()
+        is_page = not scene.transparent and _is_near(scene.background, color)
+        return 0 if is_page or not len(scene) or not _is_near(scene.color[0], color) else 1
+    height, width = ground.is_seen.shape
+    covers = (_coverage(scene.select(torch.tensor([k])), height, width, threads) for k in range(len(scene)))
+    is_below = [float(cover[ground.is_seen].mean()) > 0.5 for cover in covers]
+    return len(is_below) - is_below[::-1].index(True) if any(is_below) else 0
+
+
 def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:
     """Return the ``shadow`` below ``shapes`` in a picture ``image`` [h, w, 3 or 4], fitted with their exact coverage.
 
@@ -80,22 +100,20 @@ def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: S
     cast = _coverage(shapes.select(torch.tensor(casters)), height, width, threads)
     covered: Mask = _coverage(shapes, height, width, threads) > SOFTNESS.covered_min
     is_seen = ~ndimage.binary_dilation(covered)
-    rough = shadow.offset, shadow.sigma, 255.0 * shadow.amplitude, 0.0
-    found = fit_shadow(255.0 * (channels_of(image) - shadow.ground), cast, is_seen, rough)
-    if found is None:
-        return shadow
-    offset, sigma, amplitude, _ = found
-    return replace(shadow, casters=cast, offset=offset, sigma=sigma, amplitude=amplitude / 255.0)
+    is_seen &= shadow.ground.region
+    change = 255.0 * channels_of(image) - shadow.ground.below
+    found = fit_shadow(change, shadow.ground.deviation, cast, is_seen, shadow.look)
+    return shadow if found is None else replace(shadow, casters=cast, look=found)
 
 
 def soft_copy(path: Scene, shadow: Shadow) -> Scene:
     """Return one ``path`` without a gradient, moved, blurred and painted as the ``shadow``."""
     color, opacity = shadow.paint
     return replace(
-        path.moved(*shadow.offset),
+        path.moved(*shadow.look.offset),
         color=torch.from_numpy(color).float()[None],
         opacity=torch.tensor([opacity], dtype=torch.float32),
-        softness=Softness(torch.tensor([shadow.sigma], dtype=torch.float32)),
+        softness=Softness(torch.tensor([shadow.look.sigma], dtype=torch.float32)),
     )
 
 
@@ -122,3 +140,7 @@ def _coverage(paths: Scene, height: int, width: int, threads: int | None) -> Flo
     )  # fmt: skip
     found: Floats = draw_exactly(white, height, width, threads)[..., 0].astype(np.float64)
     return found
+
+
+def _is_near(color: Tensor, other: Tensor) -> bool:
+    return bool(np.abs((color - other).numpy()).max() <= SOFTNESS.alike / 255.0 + math.ulp(1.0))

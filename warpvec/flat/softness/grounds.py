@@ -1,0 +1,133 @@
+"""Find what a shadow may lie on: an area of one colour, or of a gradient along a line.
+
+*Plateaus* are the connected areas of a picture whose colour hardly changes from pixel to pixel; in *even* areas it
+changes steadily.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Mask
+from warpvec.flat.connected_parts import with_filled_holes
+from warpvec.flat.constants.softness import SOFTNESS
+
+_ROUNDS = 6
+"""Times that a gradient is fitted without the pixels that are off; what is in a shadow is found in the first two."""
+
+_SAMPLES = 5_000
+"""Most pixels to which it is fitted: three numbers a channel need no more."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a shadow lies on, in levels.
+
+    Attributes:
+        color: its middle colour [C].
+        below: its colour at each pixel [h, w, C], also where something hides it.
+        is_flat: whether it has one colour.
+        is_seen: where the picture shows it [h, w].
+        region: where it can lie [h, w]: everywhere, or in a shape of the drawing.
+    """
+
+    color: Floats
+    below: Floats
+    is_flat: bool
+    is_seen: Mask
+    region: Mask
+
+    @property
+    def deviation(self) -> Floats | None:
+        """How far its colour is from the middle one [h, w, C]; None if it has one colour."""
+        return None if self.is_flat else self.below - self.color
+
+
+def find_plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
+    """Return the number of the plateau of each pixel [h, w], from 1 on, 0 for none, and how many plateaus there are."""
+    return _labels(_spread(levels) <= SOFTNESS.alike)
+
+
+def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Iterator[Ground]:
+    """Yield the grounds on which a shadow may lie, the likeliest first.
+
+    The first is the largest plateau that reaches the border of the picture. Others are the largest even area, if it has
+    a gradient, and the largest plateau inside the picture.
+    """
+    everywhere = np.ones(plateaus.shape, np.bool_)
+    outer, outer_size = _largest(plateaus, count, at_border=True)
+    if outer_size >= SOFTNESS.ground_share * plateaus.size:
+        yield _flat(levels, plateaus == outer, everywhere)
+    least = SOFTNESS.plate_share * plateaus.size
+    even, even_count = _even_areas(levels)
+    for at_border in (True, False):
+        number, size = _largest(even, even_count, at_border)
+        area = even == number
+        found = _graded(levels, area, everywhere if at_border else with_filled_holes(area)) if size >= least else None
+        if found is not None:
+            yield found
+    inner, inner_size = _largest(plateaus, count, at_border=False)
+    if inner_size >= least:
+        yield _flat(levels, plateaus == inner, with_filled_holes(plateaus == inner))
+
+
+def _spread(levels: Floats) -> Floats:
+    """Return the largest difference between a pixel and its neighbours, or two of these, in any channel [h, w]."""
+    spread: Floats = (ndimage.maximum_filter(levels, (3, 3, 1)) - ndimage.minimum_filter(levels, (3, 3, 1))).max(2)
+    return spread
+
+
+def _labels(mask: Mask) -> tuple[NDArray[np.int32], int]:
+    labels, count = ndimage.label(mask)
+    return labels.astype(np.int32), int(count)
+
+
+def _even_areas(levels: Floats) -> tuple[NDArray[np.int32], int]:
+    """Return the number of the even area of each pixel [h, w], from 1 on, 0 for none, and how many there are."""
+    bends = [np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")).max(2) for axis in (0, 1)]
+    is_even = (np.maximum(*bends) <= SOFTNESS.bend_max) & (_spread(levels) <= SOFTNESS.jump)
+    return _labels(ndimage.binary_erosion(is_even, border_value=1))
+
+
+def _largest(labels: NDArray[np.int32], count: int, at_border: bool) -> tuple[int, int]:
+    """Return the largest area that does or does not reach the border of the picture, and its size; 0, 0 for none."""
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)
+    reaches = np.zeros(count + 1, np.bool_)
+    reaches[np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])] = True
+    sizes[reaches != at_border] = 0
+    sizes[0] = 0
+    number = int(np.argmax(sizes))
+    return number, int(sizes[number])
+
+
+def _flat(levels: Floats, area: Mask, region: Mask) -> Ground:
+    color = np.median(levels[area], axis=0)
+    below = np.broadcast_to(color, levels.shape)
+    return Ground(color, below, True, np.abs(levels - color).max(2) <= SOFTNESS.alike, region)
+
+
+def _graded(levels: Floats, area: Mask, region: Mask) -> Ground | None:
+    """Return an even area as the ground if a gradient along a line explains most of it, and one colour does not."""
+    rows, columns = np.nonzero(area)
+    step = -(-len(rows) // _SAMPLES)
+    rows, columns = rows[::step], columns[::step]
+    places = np.stack([np.ones(len(rows)), columns, rows], 1)
+    colors = levels[rows, columns]
+    if (np.abs(colors - np.median(colors, axis=0)).max(1) <= SOFTNESS.alike).mean() >= SOFTNESS.graded_share:
+        return None
+    is_like = np.ones(len(rows), np.bool_)
+    for _ in range(_ROUNDS):
+        slopes = np.linalg.lstsq(places[is_like], colors[is_like])[0]
+        rest = np.abs(colors - places @ slopes).max(1)
+        is_like = rest <= max(SOFTNESS.alike, float(np.median(rest)))
+    if (rest <= SOFTNESS.alike).mean() < SOFTNESS.graded_share:
+        return None
+    y, x = np.indices(area.shape)
+    below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
+    color = np.median(below[rows, columns], axis=0)
+    return Ground(color, below, False, np.abs(levels - below).max(2) <= SOFTNESS.alike, region)
