@@ -17,6 +17,7 @@ from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
+from warpvec.flat.staircases import staircase_outlines
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.image.luma import LUMA
@@ -74,7 +75,7 @@ def mono_tracing(
     is_clean, scale = False, MONO.soft_scale
     if has_two_levels(coverage):
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
-        outlines = interpolated_contours(np.pad(ndimage.gaussian_filter(coverage, MONO.staircase_blur), 1), 1)
+        outlines = staircase_outlines(coverage)
     else:
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share

@@ -95,3 +95,11 @@ def test_halo_that_letters_part_is_one_region() -> None:
     image = np.repeat(((1.0 - covered) * ground)[..., None], 3, 2)
     regions = find_regions((np.rint(255.0 * image) / 255.0).astype(np.float32))
     assert len(np.unique(regions.label[8:28, 8:40][covered[8:28, 8:40] == 0.0])) == 1
+
+
+def test_bold_letters_of_a_word_are_lettering_and_a_bold_mark_alone_is_none() -> None:
+    bold = box(10.5, 12.0, 13.5, 24.0)  # two thirds of its ink are pure
+    word = regions_on_white(letters(bold) + letters(bold, x=6.0) + letters(bold, x=12.0))
+    assert word.is_lettering is not None
+    assert word.is_lettering.sum() == 1
+    assert regions_on_white(letters(bold)).is_lettering is None

@@ -39,6 +39,9 @@ class LetteringConstants:
     """Share of the ink of a group of marks that lies in pixels of pure ink. With more, the usual regions are as good:
     letters of 8 to 20 px have 0 to 0.5, and letters of 40 px have 0.7."""
 
+    pure_word_max: float = 0.8
+    """The same of a word of several marks: bold letters of 20 px have 0.65."""
+
     pure_share: float = 0.95
     """Share of ink in a pixel of pure ink."""
 

@@ -135,7 +135,7 @@ def with_lettering(
     written: list[_Mark | CrossingMark] = []
     for word, ink in zip(words, _inks(words, paints, tolerances), strict=True):
         covered = [np.clip(mark.height / ink.depth, 0.0, 1.0) for mark in word]
-        if _is_thin(np.concatenate(covered)):
+        if _is_lettering(covered):
             least = area_min if len(word) > 1 else lone_area_min
             large: list[tuple[_Mark | CrossingMark, Floats32]] = [
                 (mark, part) for mark, part in zip(word, covered, strict=True) if part.sum() >= least
@@ -155,9 +155,15 @@ def with_lettering(
     return without_unseen(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
 
 
-def _is_thin(covered: Floats32) -> bool:
-    """Return whether most of what is ``covered`` [n] lies in pixels that are not pure ink."""
-    return bool(covered[covered >= LETTERING.pure_share].sum() <= LETTERING.pure_part_max * covered.sum())
+def _is_lettering(covered: list[Floats32]) -> bool:
+    """Return whether the marks of a word, each ``covered`` [n] by its ink, are thin; several may be bolder than one."""
+    is_word = len(covered) >= LETTERING.word_marks_min
+    return _is_thin(np.concatenate(covered), LETTERING.pure_word_max if is_word else LETTERING.pure_part_max)
+
+
+def _is_thin(covered: Floats32, pure_max: float = LETTERING.pure_part_max) -> bool:
+    """Return whether at most the share ``pure_max`` of what is ``covered`` [n] lies in pixels of pure ink."""
+    return bool(covered[covered >= LETTERING.pure_share].sum() <= pure_max * covered.sum())
 
 
 def _marks(

@@ -1,0 +1,73 @@
+"""Outlines in pictures of two levels: slopes in place of staircases, but the corners that are meant."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Integers, Mask
+from warpvec.flat.constants.mono import MONO
+from warpvec.flat.curves.contours import interpolated_contours
+
+_CONVEX, _CONCAVE = 1, 3
+"""Pixels of ink around the point where four pixels meet, at a corner of ink and at one of paper."""
+
+
+_CUT = 0.55
+"""Largest distance, along the axes together, of a square corner from both ends of the chord that cuts it off."""
+
+
+def staircase_outlines(coverage: Floats) -> list[Floats]:
+    """Return the closed outlines [n, 2] of the ink in a picture of two levels with ``coverage`` [h, w], in pixels.
+
+    A blur makes slopes of staircases. It would round off the ends of strokes, so square corners are left out of it.
+    """
+    is_square = square_corners(coverage > 0.5)
+    around = is_square[:-1, :-1] | is_square[:-1, 1:] | is_square[1:, :-1] | is_square[1:, 1:]
+    field = np.where(around, coverage, ndimage.gaussian_filter(coverage, MONO.staircase_blur))
+    return [_with_corners(outline, is_square) for outline in interpolated_contours(np.pad(field, 1), 1)]
+
+
+def _with_corners(outline: Floats, is_square: Mask) -> Floats:
+    """Return ``outline`` [n, 2] with the corners at the points ``is_square`` [h + 1, w + 1] that its chords cut off."""
+    following = np.roll(outline, -1, axis=0)
+    corner = np.rint((outline + following) / 2)
+    is_near = np.maximum(np.abs(outline - corner).sum(1), np.abs(following - corner).sum(1)) <= _CUT
+    is_chord = np.abs(outline - following).min(1) > 0.0
+    column, row = corner.astype(np.int64).T
+    cut_off = np.flatnonzero(is_near & is_chord & is_square[row, column])
+    return np.insert(outline, cut_off + 1, corner[cut_off], axis=0)
+
+
+def square_corners(ink: Mask) -> Mask:
+    """Return at which points between the pixels of ``ink`` [h, w] a square corner is meant [h + 1, w + 1].
+
+    Its two edges are long, or one is, and the other is an end of a stroke: it turns the same way at both of its ends. A
+    step of a staircase turns one way and the other.
+    """
+    padded = np.pad(ink, 1).astype(np.int64)
+    turn = padded[:-1, :-1] + padded[:-1, 1:] + padded[1:, :-1] + padded[1:, 1:]
+    length, is_end = _edges(padded, turn)
+    other_length, other_is_end = (values.T for values in _edges(padded.T, turn.T))
+    is_corner = (turn == _CONVEX) | (turn == _CONCAVE)
+    is_long, other_is_long = length >= MONO.long_edge, other_length >= MONO.long_edge
+    return np.asarray(is_corner & (is_long | is_end) & (other_is_long | other_is_end) & (is_long | other_is_long))
+
+
+def _edges(padded: Integers, turn: Integers) -> tuple[Integers, Mask]:
+    """Return the length of the level edge that ends at each point [h + 1, w + 1], and whether it is an end of a stroke.
+
+    Args:
+        padded: 1 where ink is, with a pixel of paper around it [h + 2, w + 2].
+        turn: pixels of ink around each point [h + 1, w + 1].
+    """
+    side = np.diff(padded, axis=0)  # [h + 1, w + 2]; what is between two points of a row has the column of the second
+    is_start = (side != 0) & (side != np.roll(side, 1, 1))
+    is_stop = (side != 0) & (side != np.roll(side, -1, 1))
+    (row, first), (_, last) = np.nonzero(is_start), np.nonzero(is_stop)
+    same_turn = (turn[row, first - 1] == turn[row, last]) & (turn[row, last] != 2)
+    length, is_end = np.zeros(turn.shape, np.int64), np.zeros(turn.shape, bool)
+    for column in (first - 1, last):
+        length[row, column] = last - first + 1
+        is_end[row, column] = same_turn
+    return length, is_end
