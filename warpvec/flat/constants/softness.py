@@ -82,6 +82,12 @@ class SoftnessConstants:
     """The same as ``unexplained`` for a soft spot, whose form is free: a ball with a gradient leaves 0.005 to 0.03, the
     shadow below a figure, which its filter cut off, 0.003."""
 
+    spot_rounds: int = 3
+    """Most fits of a soft spot. Before each but the first, what the last one was far from is left out."""
+
+    spot_off: float = 0.1
+    """Largest share of the soft zone that is left out. Bits of an outline that are no plateaus have 0.02."""
+
     spot_settled: float = 1e-3
     """Relative change of the error below which its fit ends: the fit of the drawing does the rest."""
 

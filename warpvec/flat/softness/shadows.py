@@ -86,9 +86,9 @@ def _found_on(ground: Ground, levels: Floats, plateaus: NDArray[np.int32], count
     cast = None
     if casters is not None and count <= SOFTNESS.plateaus_max:
         cast = find_cast_shadow(levels, plateaus, ground, casters)
-    is_cast = cast is not None and _is_soft(cast[2])
+    is_cast = cast is not None and _is_soft(ground, cast[2])
     found = cast if is_cast else _spot(levels, ground, casters)
-    if found is None or not _is_soft(found[2]):
+    if found is None or not _is_soft(ground, found[2]):
         return None
     clean = np.clip(_unshaded(levels, plateaus, ground, *found), 0.0, 255.0) / 255.0
     cleaned: Floats32 = (from_mattes(clean) if clean.shape[2] > 3 else clean).astype(np.float32)
@@ -98,18 +98,30 @@ def _found_on(ground: Ground, levels: Floats, plateaus: NDArray[np.int32], count
 def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, Floats, FoundShadow] | None:
     """Return what lies above a soft spot of the ground [h, w], the sharp coverage of the spot [h, w], and its fit.
 
-    None without one.
+    What the first fit is far from lies above the spot too, if it is little: parts of a thin outline are no casters.
+    None without a spot.
     """
     whole = np.zeros(levels.shape[:2], np.bool_) if casters is None else with_filled_holes(casters)
-    is_bare = ground.region & ~ndimage.binary_dilation(whole, iterations=2)
-    spot = find_spot(levels - ground.below, ground.deviation, is_bare)
-    return None if spot is None else (whole, *spot)
+    change = levels - ground.below
+    for _ in range(SOFTNESS.spot_rounds):
+        is_bare = ground.region & ~ndimage.binary_dilation(whole, iterations=2)
+        spot = find_spot(change, ground.deviation, is_bare)
+        if spot is None or spot[1].unexplained <= SOFTNESS.spot_unexplained:
+            return None if spot is None else (whole, *spot)
+        rest = np.abs(change - spot[1].shade_of(spot[0], ground.deviation)).max(2)
+        is_off = is_bare & (rest > SOFTNESS.jump)
+        if is_off.sum() > SOFTNESS.spot_off * (is_bare & ~ground.is_seen).sum():
+            return None
+        whole = with_filled_holes(whole | is_off)
+    return None
 
 
-def _is_soft(found: FoundShadow) -> bool:
-    """Return whether a fit explains what is seen, is blurred, and shows."""
+def _is_soft(ground: Ground, found: FoundShadow) -> bool:
+    """Return whether a fit explains what is seen, is blurred, shows, and has a colour that can be painted."""
     is_seen = bool(np.abs(found.amplitude).max() >= SOFTNESS.amplitude_min)
-    return found.sigma >= SOFTNESS.sigma_min and is_seen and found.unexplained <= SOFTNESS.unexplained
+    opaque = ground.color + found.amplitude
+    can_be = bool(opaque.min() >= -SOFTNESS.jump and opaque.max() <= 255.0 + SOFTNESS.jump)
+    return found.sigma >= SOFTNESS.sigma_min and is_seen and can_be and found.unexplained <= SOFTNESS.unexplained
 
 
 def _unshaded(

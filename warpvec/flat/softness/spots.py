@@ -26,7 +26,7 @@ def find_spot(change: Floats, deviation: Floats | None, is_seen: Mask) -> tuple[
     if rough is None or rough[2] > SOFTNESS.coarse_unexplained:
         return None
     found = _fitted(change, deviation, is_seen, SOFTNESS.coarse_side, rough[0])
-    if found is None or found[2] > SOFTNESS.spot_unexplained:
+    if found is None or found[2] > SOFTNESS.unexplained:
         return None
     values, look, unexplained = found
     return _ellipse(values, *is_seen.shape), FoundShadow((0.0, 0.0), float(np.exp(values[5])), *look, unexplained)
