@@ -3,10 +3,10 @@
     python bench/shadows.py [--ground flat|card|ramp|two|none] [--form same|ellipse] [--count 30] [--seed 0]
 
 Each seed is a drawing: one to three shapes, their shadow or glow below them, and a ground. With ``--form ellipse`` the
-shadow is an ellipse at their feet. The pictures are drawn with
-an exact Gaussian. Offset, sigma and colour are read from the soft paths of the file. Its colour is that of a full
-shadow over each colour of the ground, or over black and white if there is none; PSNR is that of the file as
-warpvec draws it, and as resvg does, whose blur is an approximation.
+shadow is an ellipse at their feet. The pictures are drawn with an exact Gaussian. Offset, sigma and colour are read
+from the soft paths of the file. Its colour is that of a full shadow over each colour of the ground, or over black and
+white if there is none; PSNR is that of the file as warpvec draws it, and as resvg does, whose blur is an
+approximation.
 """
 
 from __future__ import annotations

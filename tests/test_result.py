@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from short_fits import Photo, vectorize_briefly
 
 import warpvec
 from warpvec.geometry.cubics import to_cubics
+from warpvec.geometry.softness import Softness
 from warpvec.image.metrics import psnr
 from warpvec.image.metrics import ssim as ssim_of
 from warpvec.image.picture import reduce_image
@@ -155,6 +157,20 @@ def test_save_writes_the_picture_of_the_file_as_a_png(photo: Photo, tmp_path: Pa
 
 
 @pytest.mark.usefixtures("quick_fit")
+def test_save_warns_of_soft_paths_that_a_file_draws_sharp(
+    photo: Photo, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("cairosvg")
+    result = vectorize_briefly(photo)
+    soft = replace(result.scene, softness=Softness(torch.ones(len(result.scene))))
+    monkeypatch.setattr(type(result), "scene", soft)
+    with pytest.warns(UserWarning, match=rf"\.pdf has no blur, .*: {len(soft)}; fit with soft=0"):
+        result.save(tmp_path / "drawing.pdf")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result.save(tmp_path / "drawing.svg")
+
+
 def test_save_refuses_other_suffixes(photo: Photo, tmp_path: Path) -> None:
     message = f"^path must end in {listed(tuple(WRITERS))}, got .*a.jpg'; rename it$"
     with pytest.raises(warpvec.InputError, match=message):

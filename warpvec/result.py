@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from base64 import b64encode
 from dataclasses import dataclass
 from functools import cached_property
@@ -129,12 +130,20 @@ class Result:
         the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters,
         and ``.jsx`` is a React component.
 
+        ``.pdf``, ``.eps`` and ``.dxf`` have no blur: a warning says how many soft paths they draw sharp. A drawing that
+        was made with ``soft=0`` has none.
+
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
         """
         check_suffix(path, "path")
         check_writable(path, "path")
         write_atomic(path, self.encoded(path))
+        soft_count = 0 if self.scene.softness is None else int(self.scene.softness.is_soft.sum())
+        if soft_count and not writer_of(path).draws_blur:
+            suffix = writer_of(path).suffix
+            hint = "fit with soft=0 for a drawing without them"
+            warnings.warn(f"{suffix} has no blur, and soft paths are sharp in it: {soft_count}; {hint}", stacklevel=2)
 
     def encoded(self, path: str | os.PathLike[str]) -> bytes:
         """Return the bytes of the drawing as a file called ``path``.

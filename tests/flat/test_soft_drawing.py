@@ -12,8 +12,10 @@ import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
+from warpvec.flat.softness.casters import find_casters
+from warpvec.flat.softness.grounds import find_grounds, find_plateaus
 from warpvec.flat.softness.shadows import find_shadow
-from warpvec.flat.softness.shapes import find_casters, find_gaps, measured_again
+from warpvec.flat.softness.shapes import casting_paths, find_gaps, measured_again, paths_below
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
@@ -76,6 +78,14 @@ def test_a_shadow_on_a_gradient_or_on_a_card_is_measured(ground: str, is_flat: b
     assert np.abs(found.clean - expected).mean() < 0.002
 
 
+def test_a_ground_that_changes_slowly_casts_no_shadow_on_itself() -> None:
+    ramp = np.round(np.broadcast_to(np.linspace(200.0, 216.0, SIDE)[None, :, None], (SIDE, SIDE, 3)))
+    plateaus, count = find_plateaus(ramp)
+    grounds = list(find_grounds(ramp, plateaus, count))
+    assert [ground.is_flat for ground in grounds] == [True, False]
+    assert [find_casters(ramp, plateaus, count, ground) for ground in grounds] == [None, None]
+
+
 def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
     pytest.importorskip("svgelements")
     color, alpha = np.array(parse_color("#402060")), np.zeros((SIDE, SIDE, 1))
@@ -118,8 +128,15 @@ def test_a_picture_without_a_shadow_has_none() -> None:
     assert find_shadow(ramp) is None
 
 
-@pytest.mark.parametrize("top", ["", '<path fill="#fc3" stroke="#2f7de0" stroke-width="4" d="M26 10h24v50h-24z"/>'])
-def test_a_soft_spot_below_a_figure_is_an_ellipse(top: str) -> None:
+@pytest.mark.parametrize(
+    "top",
+    [
+        "",
+        '<path fill="none" stroke="#a33" stroke-width="1.2" d="M10 10l12 9"/>',
+        '<path fill="#fc3" stroke="#2f7de0" stroke-width="4" d="M26 10h24v50h-24z"/>',
+    ],
+)
+def test_a_soft_spot_is_an_ellipse_also_behind_a_figure_or_beside_a_thin_line(top: str) -> None:
     pytest.importorskip("svgelements")
     spot = '<ellipse filter="url(#b)" cx="38" cy="58" rx="26" ry="9" fill="#000" fill-opacity=".5"/>'
     text = SHADOWED.format(sigma=2.5, ground="#fff", color="#000", x=0, y=0, top=top)
@@ -131,7 +148,7 @@ def test_a_soft_spot_below_a_figure_is_an_ellipse(top: str) -> None:
     ellipse = ((x - 38) / 26) ** 2 + ((y - 58) / 9) ** 2 <= 1.0
     assert np.abs(found.casters - ellipse).sum() < 0.06 * ellipse.sum()
     np.testing.assert_allclose(found.look.amplitude / 255.0, -0.5, atol=0.02)
-    np.testing.assert_allclose(found.clean[62:, :], 1.0, atol=0.01)
+    np.testing.assert_allclose(found.clean[68:], 1.0, atol=0.01)
 
 
 def test_a_ball_with_a_gradient_is_no_soft_spot() -> None:
@@ -165,8 +182,23 @@ def test_what_casts_a_shadow_is_found_among_the_paths() -> None:
     size = 'width="80" height="80"'
     text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><path d="M24 24h28v16h-12v14h-16z"/>{top}</svg>'
     shapes = read_svg(text).scene
-    assert find_casters(shapes, shadow, 1) == [0]
-    assert find_casters(shapes.moved(6.0, 0.0), shadow, 1) is None
+    assert casting_paths(shapes, shadow, 1) == [0]
+    assert casting_paths(shapes.moved(6.0, 0.0), shadow, 1) is None
+
+
+def test_the_shadow_on_a_card_lies_above_it_though_other_cards_have_its_colour() -> None:
+    pytest.importorskip("svgelements")
+    cards = (
+        '<rect x="2" y="2" width="76" height="62" rx="4" fill="#fff"/><rect y="66" width="80" height="13" fill="#fff"/>'
+    )
+    text = SHADOWED.format(sigma=3, ground="#456", color="#000", x=4, y=6, top="")
+    text = text.replace('<g transform="translate(4 6)">', f'{cards}<g transform="translate(4 6)">')
+    scene = read_svg(text).scene
+    shadow = find_shadow(draw_8_bits(scene, SIDE, SIDE, 1)[..., :3].astype(np.float32) / 255.0)
+    assert shadow is not None and not shadow.ground.region.all()
+    assert scene.softness is not None
+    assert not shadow.ground.is_seen[70:].any()
+    assert paths_below(scene.select(~scene.softness.is_soft), shadow, 1) == 1  # the page is none
 
 
 def test_a_line_beside_a_shape_hides_its_part_of_the_shadow() -> None:

@@ -80,6 +80,8 @@ def _why_none_is_soft(result: Result) -> str | None:
         return "a fit to a quality has none"
     if not planned_iterations(config):
         return "short fits, and those with --lod, a palette, --colors or another renderer, have none"
+    if result.interrupted or result.run.iterations < config.iterations:
+        return "the fit ended before they are tried"
     return "none brings the drawing closer to the picture"
 
 

@@ -19,7 +19,7 @@ from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.softness.shadows import Shadow, find_shadow
 from warpvec.flat.softness.shapes import (
     as_one,
-    find_casters,
+    casting_paths,
     find_gaps,
     joined_outlines,
     measured_again,
@@ -59,11 +59,9 @@ class SoftDrawing:
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
         soft = self._soft(detail)
         is_sure = self._shadow is not None and self._shadow.is_cast
-        return (
-            soft
-            if soft is not None and is_sure and self._is_right(soft[0])
-            else self._better(soft, self.hard.draw(detail))
-        )
+        if soft is not None and is_sure and self._is_right(soft[0]):
+            return soft
+        return self._better(soft, self.hard.draw(detail))
 
     def _better(
         self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]
@@ -80,10 +78,10 @@ class SoftDrawing:
         sharp, left_out = self._clean.draw(detail)
         if self._is_time_up or self._outline is None or self._is_time_up:
             return None
-        sharp = self._with_gaps(sharp, self._shadow)
         below = paths_below(sharp, self._shadow, self.work.config.threads)
+        sharp = self._with_gaps(sharp, self._shadow, below)
         free = self._fitted(_inserted(sharp, soft_copy(self._outline, self._shadow), below))
-        same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow)
+        same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow, below)
         if same is None:
             return free, left_out
         before, after = (self._description(self.work, scene) for scene in (free, same))
@@ -102,7 +100,7 @@ class SoftDrawing:
 
     @cached_property
     def _shadow(self) -> Shadow | None:
-        return find_shadow(self.work.image.numpy())
+        return find_shadow(self.work.image.numpy(), lambda: self._is_time_up)
 
     @cached_property
     def _clean(self) -> FlatDrawing:
@@ -123,22 +121,23 @@ class SoftDrawing:
         dark = (parts.color.amax(1) < 0.5).nonzero().flatten()
         return joined_outlines(parts.select(dark)) if len(dark) else None
 
-    def _with_gaps(self, sharp: Scene, shadow: Shadow) -> Scene:
-        """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them."""
+    def _with_gaps(self, sharp: Scene, shadow: Shadow, below: int) -> Scene:
+        """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them.
+
+        The shapes are above its ``below`` lowest paths.
+        """
         (height, width), threads = self.work.image.shape[:2], self.work.config.threads
-        below = paths_below(sharp, shadow, threads)
         shapes = sharp.select(torch.arange(below, len(sharp)))
         is_gap = find_gaps(shapes, shadow, threads)
         if not is_gap.any():
             return sharp
         return sharp.prefix(below).joined(cut_windows(shapes, is_gap, width, height))
 
-    def _with_same_outline(self, sharp: Scene, shadow: Shadow) -> Scene | None:
+    def _with_same_outline(self, sharp: Scene, shadow: Shadow, below: int) -> Scene | None:
         """Return ``sharp`` above a shadow with the outlines of its shapes; None if no paths are what casts it."""
         threads, image = self.work.config.threads, self.work.image.numpy()
-        below = paths_below(sharp, shadow, threads)
         shapes = sharp.select(torch.arange(below, len(sharp)))
-        casters = find_casters(shapes, shadow, threads) if 0 < len(shapes) <= SOFTNESS.paths_right else None
+        casters = casting_paths(shapes, shadow, threads) if 0 < len(shapes) <= SOFTNESS.paths_right else None
         if casters is None:
             return None
         for _ in range(SOFTNESS.same_rounds):

@@ -26,15 +26,22 @@ class SoftnessConstants:
     ground_share: float = 0.04
     """Least share of the picture that the ground has on which a shadow lies. Smaller ones are parts of a drawing."""
 
+    plate_share: float = 0.1
+    """The same as ``ground_share`` for a ground with a gradient, and for a shape inside the picture."""
+
     bend_max: float = 2.5
     """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
     and 100 levels has 4."""
 
-    plate_share: float = 0.1
-    """The same for a ground with a gradient, and for a shape inside the picture."""
-
     graded_share: float = 0.5
     """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
+
+    below_share: float = 0.5
+    """Share of the visible pixels of a ground that a path covers which lies below the shadow. A path that is the ground
+    covers nearly all of them, one above it hardly any."""
+
+    own_share: float = 0.5
+    """Share of a plateau that is the ground itself, from which on it casts no shadow. It is near 0 or 1."""
 
     zone_area: int = 60
     """Fewest pixels of a soft zone: a shadow of 1 px around a shape of 20 px has as many."""
@@ -52,7 +59,7 @@ class SoftnessConstants:
     """Largest one that is looked for."""
 
     offset_max: float = 80.0
-    """Largest offset that is looked for."""
+    """Largest offset that is looked for: designers move shadows by less than four standard deviations."""
 
     unexplained: float = 0.12
     """Share of the energy of a soft zone that a shadow may leave unexplained. Shadows that were drawn leave below
@@ -85,11 +92,17 @@ class SoftnessConstants:
     spot_rounds: int = 3
     """Most fits of a soft spot. Before each but the first, what the last one was far from is left out."""
 
-    spot_off: float = 0.1
-    """Largest share of the soft zone that is left out. Bits of an outline that are no plateaus have 0.02."""
+    spot_off: float = 0.25
+    """Largest share of the soft zone that is left out. Bits of a thin outline that are no plateaus have 0.02; all of it
+    has 0.15."""
 
     spot_settled: float = 1e-3
     """Relative change of the error below which its fit ends: the fit of the drawing does the rest."""
+
+    fine_side: int = 512
+    fine_sigma: float = 2.0
+    """Least side in pixels of the copy in which a shadow is fitted after that, and its least standard deviation there.
+    A picture of 1024 px takes a quarter of the time in it, and a kernel of less than 2 px is badly sampled."""
 
     coarse_unexplained: float = 0.3
     """The same as ``unexplained`` in the small copy, whose masks are rough."""
@@ -102,11 +115,11 @@ class SoftnessConstants:
     gradients has 1,400."""
 
     explained: float = 0.02
-    """The same for a shadow after which no other ground is tried."""
+    """The same as ``unexplained`` for a shadow after which no other ground is tried."""
 
     begin_unexplained: float = 0.4
-    """The same where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from 0.5 on takes ten
-    seconds to find nothing."""
+    """The same as ``unexplained`` where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from
+    0.5 on takes ten seconds to find nothing."""
 
     rounds: int = 4
     """Most fits of a shadow after the first. Before each, shapes that the shadow explains are left out of what casts

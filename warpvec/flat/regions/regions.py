@@ -124,7 +124,7 @@ def require_few_edges(regions: Regions) -> None:
     """Refuse a picture whose ``regions`` have as many edges as only a pattern has.
 
     Raises:
-        NotFlatArtError: they have more than `REGIONS.edges_max`, and everywhere.
+        NotFlatArtError: they have more than `edges_max`, and more than `edges_share_max` of all pixels.
     """
     label = regions.label
     count = int((label[1:] != label[:-1]).sum() + (label[:, 1:] != label[:, :-1]).sum())

@@ -6,6 +6,8 @@ shadow is the mask of the casters, moved by (dx, dy) and blurred by sigma, times
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -34,7 +36,8 @@ def find_casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground
             continue
         rows, columns = (slice(max(part.start - 6, 0), part.stop + 6) for part in boxes[number - 1])
         own = plateaus[rows, columns] == number
-        if ground.is_seen[rows, columns][own].mean() > 0.5:
+        is_ground = ground.is_seen[rows, columns] | ground.area[rows, columns]
+        if is_ground[own].mean() > SOFTNESS.own_share:
             continue
         part = levels[rows, columns]
         color = np.median(part[own], axis=0)
@@ -56,21 +59,24 @@ def find_casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground
 
 
 def find_cast_shadow(
-    levels: Floats, plateaus: NDArray[np.int32], ground: Ground, casters: Mask
+    levels: Floats, plateaus: NDArray[np.int32], ground: Ground, casters: Mask, is_time_up: Callable[[], bool]
 ) -> tuple[Mask, Floats, FoundShadow] | None:
-    """Return what casts a shadow [h, w], its coverage [h, w] and the shadow, fitted in rounds; None without one.
+    """Return what casts a shadow [h, w], its coverage [h, w] and the shadow, fitted in rounds.
+
+    None without one, or if the time is up.
 
     Args:
         levels: the picture [h, w, C].
         plateaus: numbers of its plateaus [h, w]; 0 for none.
         ground: what the shadow lies on.
         casters: shapes that may cast it [h, w], as `find_casters` returns them.
+        is_time_up: whether the search is to end.
     """
     change = levels - ground.below
     found = _cast(levels, casters, ground)
     bare = np.zeros_like(casters)
     for _ in range(SOFTNESS.rounds):
-        if found is None:
+        if found is None or is_time_up():
             return None
         more = bare | _bare(change, casters & ~bare, found)
         is_same, bare = not (more & ~bare).any(), more

@@ -32,13 +32,15 @@ class Ground:
         color: its middle colour [C].
         below: its colour at each pixel [h, w, C], also where something hides it.
         is_flat: whether it has one colour.
-        is_seen: where the picture shows it [h, w].
+        area: the plateau or the even area that it was measured in [h, w].
+        is_seen: where the picture shows it [h, w], in its region.
         region: where it can lie [h, w]: everywhere, or in a shape of the drawing.
     """
 
     color: Floats
     below: Floats
     is_flat: bool
+    area: Mask
     is_seen: Mask
     region: Mask
 
@@ -57,7 +59,8 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
     """Yield the grounds on which a shadow may lie, the likeliest first.
 
     The first is the largest plateau that reaches the border of the picture. Others are the largest even area, if it has
-    a gradient, and the largest plateau inside the picture.
+    a gradient, and the largest plateau inside the picture. Inside, a ground goes around the shadow: none is found that
+    reaches the edge of its card.
     """
     everywhere = np.ones(plateaus.shape, np.bool_)
     outer, outer_size = _largest(plateaus, count, at_border=True)
@@ -77,7 +80,7 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
 
 
 def _spread(levels: Floats) -> Floats:
-    """Return the largest difference between a pixel and its neighbours, or two of these, in any channel [h, w]."""
+    """Return the largest difference between two pixels of the 3 x 3 around each, in any channel [h, w]."""
     spread: Floats = (ndimage.maximum_filter(levels, (3, 3, 1)) - ndimage.minimum_filter(levels, (3, 3, 1))).max(2)
     return spread
 
@@ -108,21 +111,23 @@ def _largest(labels: NDArray[np.int32], count: int, at_border: bool) -> tuple[in
 def _flat(levels: Floats, area: Mask, region: Mask) -> Ground:
     color = np.median(levels[area], axis=0)
     below = np.broadcast_to(color, levels.shape)
-    return Ground(color, below, True, np.abs(levels - color).max(2) <= SOFTNESS.alike, region)
+    is_seen = region & (np.abs(levels - color).max(2) <= SOFTNESS.alike)
+    return Ground(color, below, True, area, is_seen, region)
 
 
 def _graded(levels: Floats, area: Mask, region: Mask) -> Ground | None:
     """Return an even area as the ground if a gradient along a line explains most of it, and one colour does not."""
     rows, columns = np.nonzero(area)
-    step = -(-len(rows) // _SAMPLES)
-    rows, columns = rows[::step], columns[::step]
+    if len(rows) > _SAMPLES:
+        chosen = np.random.default_rng(0).choice(len(rows), _SAMPLES, replace=False)
+        rows, columns = rows[chosen], columns[chosen]
     places = np.stack([np.ones(len(rows)), columns, rows], 1)
     colors = levels[rows, columns]
     if (np.abs(colors - np.median(colors, axis=0)).max(1) <= SOFTNESS.alike).mean() >= SOFTNESS.graded_share:
         return None
     is_like = np.ones(len(rows), np.bool_)
     for _ in range(_ROUNDS):
-        slopes = np.linalg.lstsq(places[is_like], colors[is_like])[0]
+        slopes = np.linalg.lstsq(places[is_like], colors[is_like], rcond=None)[0]
         rest = np.abs(colors - places @ slopes).max(1)
         is_like = rest <= max(SOFTNESS.alike, float(np.median(rest)))
     if (rest <= SOFTNESS.alike).mean() < SOFTNESS.graded_share:
@@ -130,4 +135,5 @@ def _graded(levels: Floats, area: Mask, region: Mask) -> Ground | None:
     y, x = np.indices(area.shape)
     below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
     color = np.median(below[rows, columns], axis=0)
-    return Ground(color, below, False, np.abs(levels - below).max(2) <= SOFTNESS.alike, region)
+    is_seen = region & (np.abs(levels - below).max(2) <= SOFTNESS.alike)
+    return Ground(color, below, False, area, is_seen, region)

@@ -84,23 +84,25 @@ def fit_shadow(
 
     It is None if the small copy shows that there is none, or none that is as near and as sharp as shadows are.
     """
-    if rough is not None:
-        return _fit(change, deviation, mask, is_seen, (*rough.offset, rough.sigma))
-    step = -(-max(mask.shape) // SOFTNESS.coarse_side)
-    if step == 1:
-        return _fit(change, deviation, mask, is_seen)
+    if rough is None:
+        step, begin = -(-max(mask.shape) // SOFTNESS.coarse_side), None
+    else:
+        step = max(1, min(max(mask.shape) // SOFTNESS.fine_side, int(rough.sigma / SOFTNESS.fine_sigma)))
+        begin = rough.offset[0] / step, rough.offset[1] / step, rough.sigma / step
     small = [reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
     varied = None if deviation is None else reduced(deviation, step)
-    coarse = _fit(small[0], varied, small[1], small[2] == 1.0)
-    if coarse is None or coarse.unexplained > SOFTNESS.coarse_unexplained:
+    found = _fit(small[0], varied, small[1], small[2] == 1.0, begin)
+    if found is None or (begin is None and step > 1 and found.unexplained > SOFTNESS.coarse_unexplained):
         return None
-    offset, sigma = (step * coarse.offset[0], step * coarse.offset[1]), step * coarse.sigma
+    offset, sigma = (step * found.offset[0], step * found.offset[1]), step * found.sigma
     is_far = max(map(abs, offset)) > SOFTNESS.offset_max or sigma > SOFTNESS.sigma_max
-    return None if is_far else replace(coarse, offset=offset, sigma=sigma)
+    return None if is_far else replace(found, offset=offset, sigma=sigma)
 
 
 def reduced(values: Floats, step: int) -> Floats:
     """Return the means [h // step, w // step, ...] of blocks of ``step`` x ``step`` pixels."""
+    if step == 1:
+        return values
     height, width = (size // step for size in values.shape[:2])
     blocks = values[: height * step, : width * step].reshape(height, step, width, step, *values.shape[2:])
     means: Floats = blocks.mean((1, 3))

@@ -7,6 +7,7 @@ at once: it has C = 6 channels here where an opaque one has 3.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,8 +61,17 @@ class Shadow:
         return np.clip(ground + amplitude / max(opacity, 1e-6), 0.0, 1.0), opacity
 
 
-def find_shadow(image: Floats32) -> Shadow | None:
-    """Return the shadow of ``image`` [h, w, 3 or 4], sRGB-encoded, with straight alpha, in [0, 1]; None without one."""
+def _never() -> bool:
+    return False
+
+
+def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Shadow | None:
+    """Return the shadow of a picture; None without one, or if the time is up before one is found.
+
+    Args:
+        image: [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha.
+        is_time_up: whether the search is to end.
+    """
     if is_transparent(image) and not _has_soft_alpha(image[..., 3]):
         return None
     levels = 255.0 * channels_of(image)
@@ -72,7 +82,7 @@ def find_shadow(image: Floats32) -> Shadow | None:
     for ground in find_grounds(levels, plateaus, count):
         if is_transparent(image) and not (ground.is_flat and ground.region.all()):
             continue  # what lies on an opaque part of it
-        found = _found_on(ground, levels, plateaus, count)
+        found = None if is_time_up() else _found_on(ground, levels, plateaus, count, is_time_up)
         if found is not None and (best is None or found.look.unexplained < best.look.unexplained):
             best = found
         if best is not None and best.look.unexplained <= SOFTNESS.explained:
@@ -80,14 +90,16 @@ def find_shadow(image: Floats32) -> Shadow | None:
     return best
 
 
-def _found_on(ground: Ground, levels: Floats, plateaus: NDArray[np.int32], count: int) -> Shadow | None:
+def _found_on(
+    ground: Ground, levels: Floats, plateaus: NDArray[np.int32], count: int, is_time_up: Callable[[], bool]
+) -> Shadow | None:
     """Return the shadow or the soft spot on a ``ground``; None without one. Arguments as for `find_casters`."""
     casters = find_casters(levels, plateaus, count, ground)
     cast = None
     if casters is not None and count <= SOFTNESS.plateaus_max:
-        cast = find_cast_shadow(levels, plateaus, ground, casters)
+        cast = find_cast_shadow(levels, plateaus, ground, casters, is_time_up)
     is_cast = cast is not None and _is_soft(ground, cast[2])
-    found = cast if is_cast else _spot(levels, ground, casters)
+    found = cast if is_cast or is_time_up() else _spot(levels, ground, casters)
     if found is None or not _is_soft(ground, found[2]):
         return None
     clean = np.clip(_unshaded(levels, plateaus, ground, *found), 0.0, 255.0) / 255.0

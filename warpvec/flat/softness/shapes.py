@@ -21,6 +21,7 @@ from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import fit_shadow
 from warpvec.flat.softness.shadows import Shadow, channels_of
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
@@ -46,7 +47,7 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
     return is_gap
 
 
-def find_casters(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
+def casting_paths(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
     """Return the outermost paths of ``shapes`` that together are what casts ``shadow``; None if no paths are just that.
 
     Paths that lie on others do not matter. Several strokes cannot be one path, so they count as none.
@@ -81,9 +82,13 @@ def paths_below(scene: Scene, shadow: Shadow, threads: int | None) -> int:
         is_page = not scene.transparent and _is_near(scene.background, color)
         return 0 if is_page or not len(scene) or not _is_near(scene.color[0], color) else 1
     height, width = ground.is_seen.shape
-    covers = (_coverage(scene.select(torch.tensor([k])), height, width, threads) for k in range(len(scene)))
-    is_below = [float(cover[ground.is_seen].mean()) > 0.5 for cover in covers]
-    return len(is_below) - is_below[::-1].index(True) if any(is_below) else 0
+    left, top, right, bottom = path_boxes(scene).double().unbind(1)
+    is_large = (right - left) * (bottom - top) >= SOFTNESS.below_share * float(ground.is_seen.sum())
+    for k in reversed(is_large.nonzero().flatten().tolist()):
+        cover = _coverage(scene.select(torch.tensor([k])), height, width, threads)
+        if float(cover[ground.is_seen].mean()) > SOFTNESS.below_share:
+            return int(k) + 1
+    return 0
 
 
 def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:

@@ -46,7 +46,9 @@ def _fitted(
     varied = None if deviation is None else reduced(deviation, step)
     scale, grown = np.array([step, step, 1.0, 1.0, 1.0, 1.0]), np.log(step) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
     starts = _starts(small, seen) if rough is None else [(rough - grown) / scale]
-    values, look, unexplained = min((_fit(small, varied, seen, start) for start in starts), key=lambda each: each[2])
+    values, look, unexplained = min(
+        (_fit(small, varied, seen, start, SOFTNESS.sigma_max / step) for start in starts), key=lambda each: each[2]
+    )
     return values * scale + grown, look, unexplained
 
 
@@ -64,7 +66,7 @@ def _starts(change: Floats, is_seen: Mask) -> list[Floats]:
 
 
 def _fit(
-    change: Floats, deviation: Floats | None, is_seen: Mask, start: Floats
+    change: Floats, deviation: Floats | None, is_seen: Mask, start: Floats, sigma_max: float
 ) -> tuple[Floats, tuple[Floats, float], float]:
     """Return the ellipse [6] that fits best from ``start`` on, its amplitude and opacity, and the unexplained share."""
     from scipy.optimize import least_squares  # pictures without a soft spot need not load it
@@ -79,7 +81,7 @@ def _fit(
 
     side = max(height, width)
     low = np.array([-side, -side, 0.0, 0.0, -10.0, np.log(0.25)])
-    high = np.array([2 * side, 2 * side, np.log(2 * side), np.log(2 * side), 10.0, np.log(SOFTNESS.sigma_max)])
+    high = np.array([2 * side, 2 * side, np.log(2 * side), np.log(2 * side), 10.0, np.log(sigma_max)])
     begin = np.clip(start, low + 1e-3, high - 1e-3)
     scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.spot_settled
     found = least_squares(residual, begin, bounds=(low, high), x_scale=scale, diff_step=1e-3, ftol=settled)
