@@ -79,11 +79,11 @@ def test_a_shadow_on_a_gradient_or_on_a_card_is_measured(ground: str, is_flat: b
 
 
 def test_a_ground_that_changes_slowly_casts_no_shadow_on_itself() -> None:
-    ramp = np.round(np.broadcast_to(np.linspace(200.0, 216.0, SIDE)[None, :, None], (SIDE, SIDE, 3)))
-    plateaus, count = find_plateaus(ramp)
-    grounds = list(find_grounds(ramp, plateaus, count))
-    assert [ground.is_flat for ground in grounds] == [True, False]
-    assert [find_casters(ramp, plateaus, count, ground) for ground in grounds] == [None, None]
+    y, x = np.indices((400, 400)) - 200
+    glow = np.round(255.0 - 90.0 * np.exp(-(x * x + y * y) / 2 / 70.0**2))[..., None].repeat(3, 2)
+    plateaus, count = find_plateaus(glow)
+    grounds = list(find_grounds(glow, plateaus, count))
+    assert grounds and all(find_casters(glow, plateaus, count, ground) is None for ground in grounds)
 
 
 def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
@@ -191,8 +191,8 @@ def test_the_shadow_on_a_card_lies_above_it_though_other_cards_have_its_colour()
     cards = (
         '<rect x="2" y="2" width="76" height="62" rx="4" fill="#fff"/><rect y="66" width="80" height="13" fill="#fff"/>'
     )
-    text = SHADOWED.format(sigma=3, ground="#456", color="#000", x=4, y=6, top="")
-    text = text.replace('<g transform="translate(4 6)">', f'{cards}<g transform="translate(4 6)">')
+    text = SHADOWED.format(sigma=3, ground="#456", color="#000", x=4, y=-4, top="")
+    text = text.replace('<g transform="translate(4 -4)">', f'{cards}<g transform="translate(4 -4)">')
     scene = read_svg(text).scene
     shadow = find_shadow(draw_8_bits(scene, SIDE, SIDE, 1)[..., :3].astype(np.float32) / 255.0)
     assert shadow is not None and not shadow.ground.region.all()
