@@ -205,6 +205,11 @@ def coverage_of(levels: Floats, casters: Mask, near: Mask, shaded: Floats | None
     if shaded is not None:
         is_shade = np.abs(beside - shaded[v, u]).max(2) < SOFTNESS.jump
         beside = np.where(is_shade[..., None], shaded, beside)
+    return np.where(casters, 1.0, np.where(near, share_of(levels, own, beside), 0.0))
+
+
+def share_of(mixed: Floats, own: Floats, beside: Floats) -> Floats:
+    """Return the share [...] of a colour ``own`` in ``mixed`` ones, beside another [..., C], in levels."""
     span = own - beside
-    share = ((levels - beside) * span).sum(2) / np.maximum((span * span).sum(2), 1.0)
-    return np.where(casters, 1.0, np.where(near, np.clip(share, 0.0, 1.0), 0.0))
+    share: Floats = ((mixed - beside) * span).sum(-1) / np.maximum((span * span).sum(-1), 1.0)
+    return np.clip(share, 0.0, 1.0)

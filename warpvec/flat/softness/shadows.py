@@ -17,7 +17,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
-from warpvec.flat.softness.casters import coverage_of, find_cast_shadow, find_casters
+from warpvec.flat.softness.casters import coverage_of, find_cast_shadow, find_casters, share_of
 from warpvec.flat.softness.grounds import Ground, find_grounds, find_plateaus
 from warpvec.flat.softness.shadow_fitting import FoundShadow
 from warpvec.flat.softness.spots import find_spot
@@ -169,8 +169,6 @@ def _mixed_again(levels: Floats, below: Floats, shade: Floats, pure: Mask, edge:
     """Return the colours of the pixels at an ``edge`` [K, C] by their mix of the nearest ``pure`` one and ``below``."""
     _, (y, x) = ndimage.distance_transform_edt(~pure, return_indices=True)
     own, beside = levels[y, x][edge], (below + shade)[edge]
-    span = own - beside
-    share = ((levels[edge] - beside) * span).sum(1) / np.maximum((span * span).sum(1), 1.0)
-    share = np.clip(share, 0.0, 1.0)[:, None]
+    share = share_of(levels[edge], own, beside)[:, None]
     mixed: Floats = share * own + (1.0 - share) * below[edge]
     return mixed
