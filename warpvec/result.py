@@ -139,11 +139,10 @@ class Result:
         check_suffix(path, "path")
         check_writable(path, "path")
         write_atomic(path, self.encoded(path))
-        soft_count = 0 if self.scene.softness is None else int(self.scene.softness.is_soft.sum())
-        if soft_count and not writer_of(path).draws_blur:
-            suffix = writer_of(path).suffix
-            hint = "fit with soft=0 for a drawing without them"
-            warnings.warn(f"{suffix} has no blur, and soft paths are sharp in it: {soft_count}; {hint}", stacklevel=2)
+        writer, soft_count = writer_of(path), self.scene.soft_count
+        if soft_count and not writer.draws_blur:
+            lost = f"{writer.suffix} has no blur, and soft paths are sharp in it: {soft_count}"
+            warnings.warn(f"{lost}; fit with soft=0 for a drawing without them", stacklevel=2)
 
     def encoded(self, path: str | os.PathLike[str]) -> bytes:
         """Return the bytes of the drawing as a file called ``path``.

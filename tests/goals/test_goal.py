@@ -1,4 +1,4 @@
-"""Goals: which are refused, what they do to the settings, and the facts about them."""
+"""Goals: refused ones, their effect on the settings, and the facts of a search."""
 
 from __future__ import annotations
 

@@ -125,6 +125,11 @@ class Scene:
         return self.structure.path_count
 
     @property
+    def soft_count(self) -> int:
+        """Number of soft paths."""
+        return 0 if self.softness is None else int(self.softness.is_soft.sum())
+
+    @property
     def degree(self) -> int:
         """Degree of every curve, M: 3 for cubics."""
         return self.segments.shape[1]

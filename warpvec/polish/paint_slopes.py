@@ -119,7 +119,7 @@ class PaintSlopes:
 
     @cached_property
     def _crossed_ramps(self) -> list[tuple[int, NDArray[np.int64], Values, _Ramp]]:
-        """Each path with a gradient: its crossed pixels, its share in them, and its ramp."""
+        """Each path with a gradient: the crossed pixels, the path's share in each, and its ramp."""
         pixel, path, share = self._shares
         found = []
         for own in np.unique(path[self._kind[path] != FLAT]).tolist():

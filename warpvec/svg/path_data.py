@@ -28,7 +28,7 @@ _KEPT = {
     "v": (False, False, False, False, False, True),
     "a": (False, False, False, False, True, True),  # not written: the arc has numbers of its own
 }
-"""Which coordinates of a segment its command states: of its leaving handle, its arriving one and its end."""
+"""Letter of a command -> which of the segment's six coordinates it states: leaving handle, arriving handle, end."""
 
 _ARC = rf"a(?>[ ]?{_NUMBER}){{2}} 0 [01] [01](?>[ ]?{_NUMBER}){{2}}"
 _REPEATED = (rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items() if letter != "a")

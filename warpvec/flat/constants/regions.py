@@ -323,7 +323,7 @@ class RegionConstants:
     that is seen."""
 
     plain_ramp_error: float = 2.5 / 255
-    """Root mean square that a flat paint leaves, beside the tolerance, from which it is seen that it is none."""
+    """Error of a flat paint, as a root mean square beyond the tolerance, from which one sees that it is a ramp."""
 
     knot_gain: float = 1.3
     """Fewer stops are taken if they leave at most this multiple of the error of more."""

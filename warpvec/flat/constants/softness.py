@@ -36,9 +36,16 @@ class SoftnessConstants:
     graded_share: float = 0.5
     """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
 
+    graded_rounds: int = 6
+    """Times that the gradient of a ground is fitted without the pixels that are off. Those in a shadow are found in the
+    first two."""
+
+    graded_samples: int = 5_000
+    """Most pixels to which it is fitted: three numbers a channel need no more."""
+
     below_share: float = 0.5
-    """Share of the visible pixels of a ground that a path covers which lies below the shadow. A path that is the ground
-    covers nearly all of them, one above it hardly any."""
+    """Share of the visible pixels of a ground from which on a path that covers them is the ground, or lies below it.
+    The ground covers nearly all of them. A path above it covers hardly any."""
 
     own_share: float = 0.5
     """Share of a plateau that is the ground itself, from which on it casts no shadow. It is near 0 or 1."""

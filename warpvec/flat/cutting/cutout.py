@@ -77,7 +77,7 @@ def cut_out(
         hidden_count=len(stacked) - len(used),
         sliver_count=laid.sliver_count,
         blended_count=sum(1 for row in used if least_opacity(stacked)[row] < CUTTING.opaque),
-        sharpened_count=0 if scene.softness is None else int(scene.softness.is_soft.sum()),
+        sharpened_count=scene.soft_count,
     )
 
 

@@ -16,7 +16,7 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.grounds import Ground
-from warpvec.flat.softness.shadow_fitting import FoundShadow, fit_shadow, moved_blur
+from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, fit_shadow, moved_blur
 
 
 def find_casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground: Ground) -> Mask | None:
@@ -125,7 +125,8 @@ def _cast(
         masks = [(np.where(bare, 0.0, mask), is_seen) for mask, is_seen in masks]
     begin = None if rough is None else rough[1]
     change = levels - ground.below
-    tried = [(mask, fit_shadow(change, ground.deviation, mask, is_seen, begin)) for mask, is_seen in masks]
+    zones = [(mask, Zone(change, ground.deviation, is_seen)) for mask, is_seen in masks]
+    tried = [(mask, fit_shadow(zone, mask, begin)) for mask, zone in zones]
     fits = [(mask, fit) for mask, fit in tried if fit is not None]
     return min(fits, key=lambda each: each[1].unexplained) if fits else None
 

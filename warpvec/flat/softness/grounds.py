@@ -17,12 +17,6 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 
-_ROUNDS = 6
-"""Times that a gradient is fitted without the pixels that are off; what is in a shadow is found in the first two."""
-
-_SAMPLES = 5_000
-"""Most pixels to which it is fitted: three numbers a channel need no more."""
-
 
 @dataclass(frozen=True)
 class Ground:
@@ -66,6 +60,8 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
     outer, outer_size = _largest(plateaus, count, at_border=True)
     if outer_size >= SOFTNESS.ground_share * plateaus.size:
         yield _flat(levels, plateaus == outer, everywhere)
+    if levels.shape[2] > 3:
+        return  # the others are opaque parts of a transparent picture
     least = SOFTNESS.plate_share * plateaus.size
     even, even_count = _even_areas(levels)
     for at_border in (True, False):
@@ -118,15 +114,15 @@ def _flat(levels: Floats, area: Mask, region: Mask) -> Ground:
 def _graded(levels: Floats, area: Mask, region: Mask) -> Ground | None:
     """Return an even area as the ground if a gradient along a line explains most of it, and one colour does not."""
     rows, columns = np.nonzero(area)
-    if len(rows) > _SAMPLES:
-        chosen = np.random.default_rng(0).choice(len(rows), _SAMPLES, replace=False)
+    if len(rows) > SOFTNESS.graded_samples:
+        chosen = np.random.default_rng(0).choice(len(rows), SOFTNESS.graded_samples, replace=False)
         rows, columns = rows[chosen], columns[chosen]
     places = np.stack([np.ones(len(rows)), columns, rows], 1)
     colors = levels[rows, columns]
     if (np.abs(colors - np.median(colors, axis=0)).max(1) <= SOFTNESS.alike).mean() >= SOFTNESS.graded_share:
         return None
     is_like = np.ones(len(rows), np.bool_)
-    for _ in range(_ROUNDS):
+    for _ in range(SOFTNESS.graded_rounds):
         slopes = np.linalg.lstsq(places[is_like], colors[is_like], rcond=None)[0]
         rest = np.abs(colors - places @ slopes).max(1)
         is_like = rest <= max(SOFTNESS.alike, float(np.median(rest)))

@@ -15,6 +15,31 @@ _SIGMAS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 
 
 @dataclass(frozen=True)
+class Zone:
+    """What a picture adds to a ground, where nothing covers it.
+
+    Attributes:
+        change: the picture minus its ground, in levels [h, w, C].
+        deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
+        is_seen: where no shape covers the ground [h, w].
+    """
+
+    change: Floats
+    deviation: Floats | None
+    is_seen: Mask
+
+    def reduced(self, step: int) -> Zone:
+        """Return the zone in a copy of the picture that is ``step`` times smaller, without pixels half covered."""
+        varied = None if self.deviation is None else reduced(self.deviation, step)
+        return Zone(reduced(self.change, step), varied, reduced(self.is_seen.astype(np.float64), step) == 1.0)
+
+    @property
+    def pixels(self) -> tuple[Floats, Floats | None]:
+        """The change and the deviation at the K pixels that are seen, each [K, C]."""
+        return self.change[self.is_seen], None if self.deviation is None else self.deviation[self.is_seen]
+
+
+@dataclass(frozen=True)
 class FoundShadow:
     """A fitted shadow.
 
@@ -22,7 +47,7 @@ class FoundShadow:
         offset: how far it is moved to the right and down, in pixels.
         sigma: its standard deviation in pixels.
         amplitude: what it adds to the middle colour of the ground in each channel [C], in levels.
-        opacity: the share of what the ground deviates from its middle colour that it takes away; 0 for a flat ground.
+        opacity: the share of the ground's deviation from its middle colour that the shadow hides; 0 for a flat ground.
         unexplained: the share of the energy of what is seen that it does not explain.
     """
 
@@ -37,9 +62,7 @@ class FoundShadow:
 
         The ``deviation`` of the ground from its middle colour is [h, w, C]; None for a flat one.
         """
-        strength = moved_blur(cast, self.offset, self.sigma)[..., None]
-        shade: Floats = strength * (self.amplitude if deviation is None else self.amplitude - self.opacity * deviation)
-        return shade
+        return _added(moved_blur(cast, self.offset, self.sigma), self.amplitude, self.opacity, deviation)
 
 
 def moved_blur(mask: Floats, offset: tuple[float, float], sigma: float) -> Floats:
@@ -72,14 +95,16 @@ def amplitude_of(strength: Floats, seen: Floats, deviation: Floats | None) -> tu
 
 def explained(strength: Floats, seen: Floats, deviation: Floats | None) -> Floats:
     """Return what a shadow of this ``strength`` adds at best [K, C]; arguments as for `amplitude_of`."""
-    amplitude, opacity = amplitude_of(strength, seen, deviation)
-    added: Floats = strength[:, None] * (amplitude if deviation is None else amplitude - opacity * deviation)
+    return _added(strength, *amplitude_of(strength, seen, deviation), deviation)
+
+
+def _added(strength: Floats, amplitude: Floats, opacity: float, deviation: Floats | None) -> Floats:
+    """Return what a shadow of a ``strength`` [...] adds to a ground with this ``deviation`` [..., C] or none."""
+    added: Floats = strength[..., None] * (amplitude if deviation is None else amplitude - opacity * deviation)
     return added
 
 
-def fit_shadow(
-    change: Floats, deviation: Floats | None, mask: Floats, is_seen: Mask, rough: FoundShadow | None
-) -> FoundShadow | None:
+def fit_shadow(zone: Zone, mask: Floats, rough: FoundShadow | None) -> FoundShadow | None:
     """Return the shadow that `_fit` finds in a small copy, or from a ``rough`` one on in the picture itself.
 
     It is None if the small copy shows that there is none, or none that is as near and as sharp as shadows are.
@@ -89,9 +114,7 @@ def fit_shadow(
     else:
         step = max(1, min(max(mask.shape) // SOFTNESS.fine_side, int(rough.sigma / SOFTNESS.fine_sigma)))
         begin = rough.offset[0] / step, rough.offset[1] / step, rough.sigma / step
-    small = [reduced(each, step) for each in (change, mask, is_seen.astype(np.float64))]
-    varied = None if deviation is None else reduced(deviation, step)
-    found = _fit(small[0], varied, small[1], small[2] == 1.0, begin)
+    found = _fit(zone.reduced(step), reduced(mask, step), begin)
     if found is None or (begin is None and step > 1 and found.unexplained > SOFTNESS.coarse_unexplained):
         return None
     offset, sigma = (step * found.offset[0], step * found.offset[1]), step * found.sigma
@@ -109,36 +132,28 @@ def reduced(values: Floats, step: int) -> Floats:
     return means
 
 
-def _fit(
-    change: Floats,
-    deviation: Floats | None,
-    mask: Floats,
-    is_seen: Mask,
-    begin: tuple[float, float, float] | None = None,
-) -> FoundShadow | None:
+def _fit(zone: Zone, mask: Floats, begin: tuple[float, float, float] | None) -> FoundShadow | None:
     """Return the shadow that explains what is seen best; None if nothing changes, or nothing casts it.
 
     Args:
-        change: the picture minus its ground, in levels [h, w, C].
-        deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
+        zone: what is seen of it.
         mask: coverage of the casters [h, w].
-        is_seen: where nothing covers the shadow [h, w].
         begin: an offset and a standard deviation that are nearly right; None to look for these. If they explain
             hardly more than nothing, no shadow is returned.
     """
     from scipy.optimize import least_squares  # pictures without a shadow need not load it
 
-    seen, varied = change[is_seen], None if deviation is None else deviation[is_seen]
+    seen, varied = zone.pixels
     energy = float((seen * seen).sum())
     if energy <= 0.0 or not mask.any():
         return None
 
     def residual(values: Floats) -> Floats:
-        own = moved_blur(mask, (values[0], values[1]), float(np.exp(values[2])))[is_seen]
+        own = moved_blur(mask, (values[0], values[1]), float(np.exp(values[2])))[zone.is_seen]
         left: Floats = (seen - explained(own, seen, varied)).ravel()
         return left
 
-    starts = _starts(change, mask, is_seen) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
+    starts = _starts(zone, mask) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
     losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
     if begin is not None and losses[0] > SOFTNESS.begin_unexplained * energy:
         return None
@@ -147,13 +162,13 @@ def _fit(
     best = np.clip(best, np.array(bounds[0]) + 1e-3, np.array(bounds[1]) - 1e-3)
     found = least_squares(residual, best, bounds=bounds, x_scale=(1.0, 1.0, 0.2), diff_step=1e-3, max_nfev=30)
     offset, sigma = (float(found.x[0]), float(found.x[1])), float(np.exp(found.x[2]))
-    look = amplitude_of(moved_blur(mask, offset, sigma)[is_seen], seen, varied)
+    look = amplitude_of(moved_blur(mask, offset, sigma)[zone.is_seen], seen, varied)
     return FoundShadow(offset, sigma, *look, float(2.0 * found.cost) / energy)
 
 
-def _starts(change: Floats, mask: Floats, is_seen: Mask) -> list[tuple[float, float, float]]:
+def _starts(zone: Zone, mask: Floats) -> list[tuple[float, float, float]]:
     """Return offsets and logarithms of standard deviations to begin with: no offset, and half of what one sees."""
-    weight = np.abs(change).sum(2) * is_seen
+    weight = np.abs(zone.change).sum(2) * zone.is_seen
     y, x = np.indices(mask.shape)
     lean = [float((weight * axis).sum() / weight.sum() - (mask * axis).sum() / mask.sum()) for axis in (x, y)]
     places = ((0.0, 0.0), (0.5 * lean[0], 0.5 * lean[1]))

@@ -19,7 +19,7 @@ from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.casters import coverage_of, find_cast_shadow, find_casters, share_of
 from warpvec.flat.softness.grounds import Ground, find_grounds, find_plateaus
-from warpvec.flat.softness.shadow_fitting import FoundShadow
+from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone
 from warpvec.flat.softness.spots import find_spot
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
 from warpvec.svg.quantize import OPACITY_DECIMALS
@@ -33,7 +33,7 @@ class Shadow:
         casters: coverage of what casts it [h, w], in [0, 1]; of the spot itself if nothing does.
         ground: what it lies on.
         look: how it is moved, blurred and painted.
-        is_cast: whether shapes of the drawing cast it; else it is a spot that only looks like a soft one.
+        is_cast: whether shapes of the drawing cast it. Nothing casts a soft spot.
         clean: the picture without it [h, w, 3 or 4].
     """
 
@@ -80,9 +80,9 @@ def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Sha
         return None
     best = None
     for ground in find_grounds(levels, plateaus, count):
-        if is_transparent(image) and not (ground.is_flat and ground.region.all()):
-            continue  # what lies on an opaque part of it
-        found = None if is_time_up() else _found_on(ground, levels, plateaus, count, is_time_up)
+        if is_time_up():
+            break
+        found = _found_on(ground, levels, plateaus, count, is_time_up)
         if found is not None and (best is None or found.look.unexplained < best.look.unexplained):
             best = found
         if best is not None and best.look.unexplained <= SOFTNESS.explained:
@@ -117,7 +117,7 @@ def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, F
     change = levels - ground.below
     for _ in range(SOFTNESS.spot_rounds):
         is_bare = ground.region & ~ndimage.binary_dilation(whole, iterations=2)
-        spot = find_spot(change, ground.deviation, is_bare)
+        spot = find_spot(Zone(change, ground.deviation, is_bare))
         if spot is None or spot[1].unexplained <= SOFTNESS.spot_unexplained:
             return None if spot is None else (whole, *spot)
         rest = np.abs(change - spot[1].shade_of(spot[0], ground.deviation)).max(2)

@@ -19,7 +19,7 @@ from torch import Tensor
 
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.constants.softness import SOFTNESS
-from warpvec.flat.softness.shadow_fitting import fit_shadow
+from warpvec.flat.softness.shadow_fitting import Zone, fit_shadow
 from warpvec.flat.softness.shadows import Shadow, channels_of
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
@@ -104,10 +104,9 @@ def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: S
     height, width = shadow.casters.shape
     cast = _coverage(shapes.select(torch.tensor(casters)), height, width, threads)
     covered: Mask = _coverage(shapes, height, width, threads) > SOFTNESS.covered_min
-    is_seen = ~ndimage.binary_dilation(covered)
-    is_seen &= shadow.ground.region
+    is_seen = ~ndimage.binary_dilation(covered) & shadow.ground.region
     change = 255.0 * channels_of(image) - shadow.ground.below
-    found = fit_shadow(change, shadow.ground.deviation, cast, is_seen, shadow.look)
+    found = fit_shadow(Zone(change, shadow.ground.deviation, is_seen), cast, shadow.look)
     return shadow if found is None else replace(shadow, casters=cast, look=found)
 
 

@@ -9,52 +9,43 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats
 from warpvec.flat.constants.softness import SOFTNESS
-from warpvec.flat.softness.shadow_fitting import FoundShadow, amplitude_of, explained, reduced
+from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, amplitude_of, explained
 
 
-def find_spot(change: Floats, deviation: Floats | None, is_seen: Mask) -> tuple[Floats, FoundShadow] | None:
-    """Return the coverage of an ellipse [h, w] and how it is blurred; None if nothing like that is seen.
-
-    Args:
-        change: the picture minus its ground, in levels [h, w, C].
-        deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
-        is_seen: where no shape covers the ground [h, w].
-    """
-    rough = _fitted(change, deviation, is_seen, SOFTNESS.coarse_side // 2, None)
+def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
+    """Return the coverage of an ellipse [h, w] and how it is blurred; None if the ``zone`` shows nothing like that."""
+    rough = _fitted(zone, SOFTNESS.coarse_side // 2, None)
     if rough is None or rough[2] > SOFTNESS.coarse_unexplained:
         return None
-    found = _fitted(change, deviation, is_seen, SOFTNESS.coarse_side, rough[0])
+    found = _fitted(zone, SOFTNESS.coarse_side, rough[0])
     if found is None or found[2] > SOFTNESS.unexplained:
         return None
     values, look, unexplained = found
-    return _ellipse(values, *is_seen.shape), FoundShadow((0.0, 0.0), float(np.exp(values[5])), *look, unexplained)
+    return _ellipse(values, *zone.is_seen.shape), FoundShadow((0.0, 0.0), float(np.exp(values[5])), *look, unexplained)
 
 
-def _fitted(
-    change: Floats, deviation: Floats | None, is_seen: Mask, side: int, rough: Floats | None
-) -> tuple[Floats, tuple[Floats, float], float] | None:
+def _fitted(zone: Zone, side: int, rough: Floats | None) -> tuple[Floats, tuple[Floats, float], float] | None:
     """Return what `_fit` does in a copy of a ``side`` in pixels, from a ``rough`` ellipse [6] on or anew.
 
     Ellipses are in pixels of the picture. None if nothing lies on the ground.
     """
-    step = -(-max(is_seen.shape) // side)
-    small, seen = reduced(change, step), reduced(is_seen.astype(np.float64), step) == 1.0
-    if (seen & (np.abs(small).max(2) > SOFTNESS.alike)).sum() * step * step < SOFTNESS.zone_area:
+    step = -(-max(zone.is_seen.shape) // side)
+    small = zone.reduced(step)
+    if (small.is_seen & (np.abs(small.change).max(2) > SOFTNESS.alike)).sum() * step * step < SOFTNESS.zone_area:
         return None
-    varied = None if deviation is None else reduced(deviation, step)
     scale, grown = np.array([step, step, 1.0, 1.0, 1.0, 1.0]), np.log(step) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
-    starts = _starts(small, seen) if rough is None else [(rough - grown) / scale]
+    starts = _starts(small) if rough is None else [(rough - grown) / scale]
     values, look, unexplained = min(
-        (_fit(small, varied, seen, start, SOFTNESS.sigma_max / step) for start in starts), key=lambda each: each[2]
+        (_fit(small, start, SOFTNESS.sigma_max / step) for start in starts), key=lambda each: each[2]
     )
     return values * scale + grown, look, unexplained
 
 
-def _starts(change: Floats, is_seen: Mask) -> list[Floats]:
+def _starts(zone: Zone) -> list[Floats]:
     """Return ellipses to begin with [6], from the moments of what is seen."""
-    weight = np.abs(change).sum(2) * is_seen
+    weight = np.abs(zone.change).sum(2) * zone.is_seen
     y, x = (axis[weight > 0.0] + 0.5 for axis in np.indices(weight.shape))
     share = weight[weight > 0.0] / weight.sum()
     middle = np.array([share @ x, share @ y])
@@ -65,17 +56,14 @@ def _starts(change: Floats, is_seen: Mask) -> list[Floats]:
     return [np.array([*middle, *np.log(radii), turn, np.log(blur * radii[1])]) for blur in SOFTNESS.spot_blurs]
 
 
-def _fit(
-    change: Floats, deviation: Floats | None, is_seen: Mask, start: Floats, sigma_max: float
-) -> tuple[Floats, tuple[Floats, float], float]:
+def _fit(zone: Zone, start: Floats, sigma_max: float) -> tuple[Floats, tuple[Floats, float], float]:
     """Return the ellipse [6] that fits best from ``start`` on, its amplitude and opacity, and the unexplained share."""
     from scipy.optimize import least_squares  # pictures without a soft spot need not load it
 
-    seen, varied = change[is_seen], None if deviation is None else deviation[is_seen]
-    height, width = is_seen.shape
+    (seen, varied), (height, width) = zone.pixels, zone.is_seen.shape
 
     def residual(values: Floats) -> Floats:
-        own = _blurred(values, height, width)[is_seen]
+        own = _blurred(values, height, width)[zone.is_seen]
         left: Floats = (seen - explained(own, seen, varied)).ravel()
         return left
 
@@ -85,7 +73,7 @@ def _fit(
     begin = np.clip(start, low + 1e-3, high - 1e-3)
     scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.spot_settled
     found = least_squares(residual, begin, bounds=(low, high), x_scale=scale, diff_step=1e-3, ftol=settled)
-    own = _blurred(found.x, height, width)[is_seen]
+    own = _blurred(found.x, height, width)[zone.is_seen]
     return found.x, amplitude_of(own, seen, varied), float(2.0 * found.cost) / max(float((seen * seen).sum()), 1e-12)
 
 
@@ -98,7 +86,7 @@ def _ellipse(values: Floats, height: int, width: int) -> Floats:
     """Return how much of each pixel an ellipse covers [h, w], by its distance to first order.
 
     Args:
-        values: its centre, the logarithms of its radii, its turn, and what does not matter here [6].
+        values: its centre, the logarithms of its radii, its turn, and the logarithm of the blur, which is left out [6].
     """
     y, x = np.indices((height, width)) + 0.5
     dx, dy, cos, sin = x - values[0], y - values[1], np.cos(values[4]), np.sin(values[4])
