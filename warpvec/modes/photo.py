@@ -115,6 +115,6 @@ class PhotoFits:
             return drawing
         part = watch.part(planned=watch.iterations + count)
         target = Target(torch.from_numpy(encoding.picture.reduced), settings, drawing.device)
-        soft_max, keeps_points = 0 if sharp else settings.soft_max, encoding.grid_step is not None
-        fitted = finish(drawing.fitted, target, settings, part, soft_max=soft_max, keeps_points=keeps_points)
+        soft_max = 0 if sharp else settings.soft_max
+        fitted = finish(drawing.fitted, target, settings, part, soft_max=soft_max, step=encoding.grid_step)
         return drawing.with_fitted(fitted.cpu())

@@ -1,7 +1,8 @@
 """Finish the fit of a photo: all paths are fitted once more together, and a few become soft, where that pays.
 
 A fit of many paths ends with small steps of each value by itself. Steps of L-BFGS, which know how values act together,
-still find a tenth of a decibel in 3 % of the time. Smooth parts of a photo need steps of colour, one for each path: one
+still find two tenths of a decibel in 3 % of the time. Points of files with coarse coordinates are rounded on the way
+(`point_rounding.py`). Smooth parts of a photo need steps of colour, one for each path: one
 soft path shows what several sharp ones do. A path is soft if a little blur lowers the loss; how much is fitted.
 """
 
@@ -22,7 +23,8 @@ from warpvec.geometry.joints import with_lines
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import SIGMA_MAX, SIGMA_MIN, Softness
 from warpvec.polish.descent import Descent
-from warpvec.polish.variables import Variables
+from warpvec.polish.point_rounding import GROUP_COUNT, point_groups, rounded_points
+from warpvec.polish.variables import Evaluation, Variables
 from warpvec.rendering.streams import on_warps_stream
 from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Part
@@ -61,10 +63,14 @@ that near ones are not worth their bytes."""
 LAST_SHARE = 1.0 / 3.0
 """Iterations after the standard deviations were rounded, as a share of those of a turn."""
 
+ROUNDING_SHARE = 1.0 / 6.0
+"""Iterations after each group of points was rounded, as a share of those of a turn."""
+
 
 def finish(
-    scene: Scene, target: Target, config: FitConfig, part: Part, *, soft_max: int | None, keeps_points: bool = False
-) -> Scene:
+    scene: Scene, target: Target, config: FitConfig, part: Part, *,
+    soft_max: int | None, step: tuple[float, float] | None = None,
+) -> Scene:  # fmt: skip
     """Return ``scene`` fitted to ``target`` once more, or itself if nothing is better.
 
     Args:
@@ -73,10 +79,11 @@ def finish(
         config: settings of the fit.
         part: the part of a run that this is.
         soft_max: most paths that become soft; None for ``SOFT_SHARE`` of the paths, if that pays.
-        keeps_points: keep the points, for a file with coarse coordinates.
+        step: distance of the coordinates of the file in pixels of the target, across and down, if it is coarse. The
+            points are then multiples of it.
     """
     with on_warps_stream(target.device), single_torch_thread(), torch.no_grad(), part:
-        return _Finish(target, config, part, keeps_points).of(with_lines(scene.to(target.device)), soft_max)
+        return _Finish(target, config, part, step).of(with_lines(scene.to(target.device)), soft_max)
 
 
 def planned_iterations(config: FitConfig) -> int:
@@ -86,7 +93,10 @@ def planned_iterations(config: FitConfig) -> int:
     """
     is_free = config.renderer == "exact" and not config.lod and config.palette is None and not config.colors
     turn = _turn(config)
-    return turn + turn + round(LAST_SHARE * turn) if is_free and turn >= ITERATIONS_MIN else 0
+    count = turn + turn + round(LAST_SHARE * turn)
+    if config.minify:
+        count += GROUP_COUNT * round(ROUNDING_SHARE * turn)
+    return count if is_free and turn >= ITERATIONS_MIN else 0
 
 
 def _turn(config: FitConfig) -> int:
@@ -99,52 +109,73 @@ class _Fitted(NamedTuple):
 
 
 class _Finish:
-    def __init__(self, target: Target, config: FitConfig, part: Part, keeps_points: bool) -> None:
-        self._target, self._config, self._part, self._keeps_points = target, config, part, keeps_points
+    def __init__(self, target: Target, config: FitConfig, part: Part, step: tuple[float, float] | None) -> None:
+        self._target, self._config, self._part, self._step = target, config, part, step
         self._turn = _turn(config)
         self._iteration = self._path_count = 0
 
     def of(self, scene: Scene, soft_max: int | None) -> Scene:
         self._path_count = len(scene)
-        sharp = self._descended(_Fitted(scene, float(self._target.whole_step(scene).loss)), self._turn)
+        begun = self._fitted(scene)
+        found = self._soft_or_sharp(self._descended(begun, self._turn), soft_max)
+        if self._step is None or found is begun:
+            return found.scene
+        return min(begun, self._rounded(found.scene, self._step), key=lambda fitted: fitted.loss).scene
+
+    def _soft_or_sharp(self, sharp: _Fitted, soft_max: int | None) -> _Fitted:
+        """Return the ``sharp`` drawing with the soft paths that pay, or itself if none do."""
+        scene = sharp.scene
         count = int(SOFT_SHARE * len(scene)) if soft_max is None else min(soft_max, len(scene))
-        chosen = self._candidates(sharp.scene)[:count] if count and not self._is_over else None
+        chosen = self._candidates(scene)[:count] if count and not self._is_over else None
         if chosen is None or not len(chosen):
-            return sharp.scene
+            return sharp
         sigma = torch.zeros_like(scene.opacity)
         sigma[chosen] = FIRST_SIGMA
-        soft = self._descended(self._with_softness(sharp.scene, Softness(sigma)), self._turn)
+        soft = self._descended(self._fitted(scene, Softness(sigma)), self._turn)
         assert soft.scene.softness is not None
-        rounded = self._with_softness(soft.scene, _few_sigmas(soft.scene.softness))
+        rounded = self._fitted(soft.scene, _few_sigmas(soft.scene.softness))
         soft = self._descended(rounded, round(LAST_SHARE * self._turn), keeps_softness=True)
         least = GAIN_MIN if soft_max is None else 0.0
-        return soft.scene if soft.loss < (1.0 - least) * sharp.loss else sharp.scene
+        return soft if soft.loss < (1.0 - least) * sharp.loss else sharp
 
     @property
     def _is_over(self) -> bool:
         return self._part.is_stopped() or self._part.is_late()
 
-    def _with_softness(self, scene: Scene, softness: Softness) -> _Fitted:
-        soft = replace(scene, softness=softness)
-        return _Fitted(soft, float(self._target.whole_step(soft).loss))
+    def _fitted(self, scene: Scene, softness: Softness | None = None) -> _Fitted:
+        scene = scene if softness is None else replace(scene, softness=softness)
+        return _Fitted(scene, float(self._target.whole_step(scene).loss))
+
+    def _variables(self, scene: Scene, *, keeps_softness: bool = False) -> Variables:
+        return Variables(scene, self._target, self._config, keeps_softness=keeps_softness, keeps_smooth=False)
 
     def _descended(self, begun: _Fitted, count: int, *, keeps_softness: bool = False) -> _Fitted:
         """Return the best drawing of ``count`` iterations from ``begun`` on."""
+        variables = self._variables(begun.scene, keeps_softness=keeps_softness)
+        found = self._lowest(variables, variables.start, count)
+        return begun if found is None or found.loss >= begun.loss else _Fitted(variables.scene(found.x), found.loss)
+
+    def _rounded(self, scene: Scene, step: tuple[float, float]) -> _Fitted:
+        """Return ``scene`` with its points at multiples of ``step`` and its other values fitted to them."""
+        variables = self._variables(scene, keeps_softness=True)
+        x = variables.start
+        for group in point_groups(variables, self._config.seed):
+            x = rounded_points(variables, x, group, step)
+            found = self._lowest(variables, x, round(ROUNDING_SHARE * self._turn))
+            x = x if found is None else found.x
+        return self._fitted(variables.scene(x))
+
+    def _lowest(self, variables: Variables, x: Tensor, count: int) -> Evaluation | None:
+        """Return the evaluation of the lowest loss of ``count`` iterations from ``x`` on; None without time for one."""
+        best = None
         if self._is_over:
-            return begun
-        variables = Variables(
-            begun.scene, self._target, self._config,
-            keeps_points=self._keeps_points, keeps_softness=keeps_softness, keeps_smooth=False,
-        )  # fmt: skip
-        descent = Descent(variables, variables.start, self._config.seed, self._config.lr_scale)
-        best_x, best = None, begun.loss
-        for found in descent.by_curvature(count):
-            if found.loss < best:
-                best_x, best = found.x, found.loss
+            return best
+        for found in Descent(variables, x, self._config.seed, self._config.lr_scale).by_curvature(count):
+            best = found if best is None or found.loss < best.loss else best
             self._report(variables, found.x, found.loss)
             if self._is_over:
                 break
-        return begun if best_x is None else _Fitted(variables.scene(best_x), best)
+        return best
 
     def _candidates(self, scene: Scene) -> Tensor:
         """Return the paths whose blur would lower the loss, the best first, with boxes of ``SOFT_AREA`` together."""

@@ -55,9 +55,8 @@ class Variables:
     """The free values of ``scene``: a vector of anchors, handles, colours, opacities, background, gradients and forms.
 
     The points of a path with a form are not free: they follow from its parameters. ``locked`` paths [N] (bool) keep all
-    their values. With ``keeps_stops``, gradients keep the colours and opacities of their stops, with ``keeps_points``
-    paths their nodes and handles, and with ``keeps_softness`` soft paths their standard deviations. Without
-    ``keeps_smooth``, smooth nodes may become corners.
+    their values. With ``keeps_stops``, gradients keep the colours and opacities of their stops, and with
+    ``keeps_softness`` soft paths their standard deviations. Without ``keeps_smooth``, smooth nodes may become corners.
 
     Attributes:
         start: the values of ``scene`` [K].
@@ -70,7 +69,7 @@ class Variables:
 
     def __init__(
         self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False, locked: Tensor | None = None,
-        keeps_stops: bool = False, keeps_points: bool = False, keeps_softness: bool = False, keeps_smooth: bool = True,
+        keeps_stops: bool = False, keeps_softness: bool = False, keeps_smooth: bool = True,
     ) -> None:  # fmt: skip
         self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=keeps_smooth and not free)
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
@@ -107,13 +106,15 @@ class Variables:
             self._of(self.is_free)[-1].copy_(is_used(scene.forms.parameters, scene.forms.kind))
         if keeps_stops and scene.gradients is not None:
             self.is_free &= ~self._stop_colors_of(scene.gradients.kind != FLAT)
-        if keeps_points:
-            self.is_free[: 2 * self.point_count] = False
         self.locked = locked
         self._locked = None if locked is None else self._values_of(locked)
         if self._locked is not None:
             self.is_free &= ~self._locked
         self._memory = scene.copied()
+
+    def fix(self, values: Tensor) -> None:
+        """Keep ``values`` (a mask [K]) as they are from now on."""
+        self.is_free &= ~values
 
     def scene(self, x: Tensor) -> Scene:
         """Return the scene of ``x``, in memory of its own."""
