@@ -27,6 +27,7 @@ from page_frames import NAMES
 from scipy.ndimage import gaussian_filter, maximum_filter
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.target import Target
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
@@ -83,7 +84,8 @@ def step_times(texts: list[str], photo: Image) -> list[float]:
 
         def step(_: int) -> float:
             before = time.perf_counter()
-            target.fit_step(scene, False)
+            with single_torch_thread():  # as in a fit
+                target.fit_step(scene, False)
             return 1000.0 * (time.perf_counter() - before)
 
         return step

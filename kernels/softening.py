@@ -20,6 +20,14 @@ from warpvec.kernels import binning, compositing
 from warpvec.kernels.constants import COLUMNS, COORDINATE_MAX, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
+AT_ONCE = 4
+"""Lane values of a tile that a CPU thread blurs together: each one that it loads serves all of them."""
+
+
+def blurred_at_once(lanes: Lanes) -> int:
+    """Return how many lane values of a tile a thread blurs together."""
+    return AT_ONCE if lanes.width > 1 else 1
+
 
 @cache
 def make_functions(lanes: Lanes) -> SimpleNamespace:
@@ -82,6 +90,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     zero = wp.constant(dtype(0.0))
     blocks, tile_size = wp.constant(lanes.blocks), wp.constant(TILE * lanes.blocks)
     tile_vectors, tile_threads = wp.constant(lanes.tile_vectors), wp.constant(lanes.tile_threads)
+    at_once = blurred_at_once(lanes)
     module = stage_module("softening", lanes)
 
     @wp.kernel(module=module)
@@ -168,7 +177,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         layer_box: wp.array(dtype=wp.vec4i),  # [S]
         layer_first_pair: wp.array(dtype=int),  # [S + 1]
         reach: wp.array(dtype=int),  # [S]
-        weights: wp.array2d(dtype=dtype),  # [S, taps]
+        weights: wp.array2d(dtype=dtype),  # [S, taps] 0 beyond the reach
         # outputs
         blurred: wp.array(dtype=vector),  # [pairs, TILE]
     ):
@@ -179,15 +188,27 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair0 = layer_first_pair[path]
         tiles = layers.line_tiles(layer_box[path], is_turned)
         place = (tile - pair0) % tiles
-        for index in range(tile_vectors):
-            part = (item % tile_threads) * tile_vectors + index
+        for step in range(0, tile_vectors, at_once):
+            part = (item % tile_threads) * tile_vectors + step
             position = place * TILE + part // blocks
             center = tile * tile_size + part
-            total = v.spread(zero)
-            for tap in range(wp.max(-reach[path], -position), wp.min(reach[path], tiles * TILE - 1 - position) + 1):
-                weight = v.spread(weights[path, wp.abs(tap)])
-                total = v.fma(weight, v.load(layer, center + tap * blocks), total)
+            # Warp would take variables that are set to another one for the same.
+            total, second, third, fourth = v.spread(zero), v.spread(zero), v.spread(zero), v.spread(zero)
+            for tap in range(
+                wp.max(-reach[path], -position),
+                wp.min(reach[path] + wp.static(at_once - 1), tiles * TILE - 1 - position) + 1,
+            ):
+                value = v.load(layer, center + tap * blocks)
+                total = v.fma(v.spread(weights[path, wp.abs(tap)]), value, total)
+                if wp.static(at_once > 1):
+                    second = v.fma(v.spread(weights[path, wp.abs(tap - 1)]), value, second)
+                    third = v.fma(v.spread(weights[path, wp.abs(tap - 2)]), value, third)
+                    fourth = v.fma(v.spread(weights[path, wp.abs(tap - 3)]), value, fourth)
             v.store(blurred, center, total)
+            if wp.static(at_once > 1):
+                v.store(blurred, center + 1, second)
+                v.store(blurred, center + 2, third)
+                v.store(blurred, center + 3, fourth)
 
     @wp.kernel(module=module)
     def turn(

@@ -26,6 +26,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     zero = wp.constant(dtype(0.0))
     blocks, tile_size = wp.constant(lanes.blocks), wp.constant(TILE * lanes.blocks)
     tile_vectors, tile_threads = wp.constant(lanes.tile_vectors), wp.constant(lanes.tile_threads)
+    at_once = softening.blurred_at_once(lanes)
     module = stage_module("softening_adjoint", lanes)
 
     @wp.kernel(module=module)
@@ -68,7 +69,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         layer_box: wp.array(dtype=wp.vec4i),  # [S]
         layer_first_pair: wp.array(dtype=int),  # [S + 1]
         reach: wp.array(dtype=int),  # [S]
-        weights: wp.array2d(dtype=dtype),  # [S, taps]
+        weights: wp.array2d(dtype=dtype),  # [S, taps] 0 beyond the reach
         slopes: wp.array2d(dtype=dtype),  # [S, taps] their derivatives by the standard deviation
         # outputs
         adj_layer: wp.array(dtype=vector),  # [pairs, TILE]
@@ -81,17 +82,40 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         tiles = layers.line_tiles(layer_box[path], is_turned)
         place = (tile - layer_first_pair[path]) % tiles
         share = v.spread(zero)
-        for index in range(tile_vectors):
-            part = (item % tile_threads) * tile_vectors + index
+        for step in range(0, tile_vectors, at_once):
+            part = (item % tile_threads) * tile_vectors + step
             position = place * TILE + part // blocks
             center = tile * tile_size + part
-            total, change = v.spread(zero), v.spread(zero)
-            for tap in range(wp.max(-reach[path], -position), wp.min(reach[path], tiles * TILE - 1 - position) + 1):
+            total, second, third, fourth = v.spread(zero), v.spread(zero), v.spread(zero), v.spread(zero)
+            change, second_change = v.spread(zero), v.spread(zero)
+            third_change, fourth_change = v.spread(zero), v.spread(zero)
+            for tap in range(
+                wp.max(-reach[path], -position),
+                wp.min(reach[path] + wp.static(at_once - 1), tiles * TILE - 1 - position) + 1,
+            ):
                 side, there = wp.abs(tap), center + tap * blocks
-                total = v.fma(v.spread(weights[path, side]), v.load(adj_blurred, there), total)
-                change = v.fma(v.spread(slopes[path, side]), v.load(layer, there), change)
+                adj, value = v.load(adj_blurred, there), v.load(layer, there)
+                total = v.fma(v.spread(weights[path, side]), adj, total)
+                change = v.fma(v.spread(slopes[path, side]), value, change)
+                if wp.static(at_once > 1):
+                    side = wp.abs(tap - 1)
+                    second = v.fma(v.spread(weights[path, side]), adj, second)
+                    second_change = v.fma(v.spread(slopes[path, side]), value, second_change)
+                    side = wp.abs(tap - 2)
+                    third = v.fma(v.spread(weights[path, side]), adj, third)
+                    third_change = v.fma(v.spread(slopes[path, side]), value, third_change)
+                    side = wp.abs(tap - 3)
+                    fourth = v.fma(v.spread(weights[path, side]), adj, fourth)
+                    fourth_change = v.fma(v.spread(slopes[path, side]), value, fourth_change)
             v.store(adj_layer, center, total)
             share = v.fma(change, v.load(adj_blurred, center), share)
+            if wp.static(at_once > 1):
+                v.store(adj_layer, center + 1, second)
+                v.store(adj_layer, center + 2, third)
+                v.store(adj_layer, center + 3, fourth)
+                share = v.fma(second_change, v.load(adj_blurred, center + 1), share)
+                share = v.fma(third_change, v.load(adj_blurred, center + 2), share)
+                share = v.fma(fourth_change, v.load(adj_blurred, center + 3), share)
         sigma_share[item] = v.total(share)
 
     @wp.kernel(module=module)

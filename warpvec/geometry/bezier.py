@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
 
 
 def bernstein(degree: int, t: Tensor) -> Tensor:
@@ -31,20 +32,24 @@ def path_boxes(scene: Scene) -> Tensor:
 
     A stroke reaches as far as its caps and miters may.
     """
-    segments = scene.segments
-    parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=segments.dtype, device=segments.device)
-    outline = bernstein(scene.degree, parameters) @ whole_curves(scene)
-    boxes = torch.cat([_least(outline.amin(1), scene), -_least(-outline.amax(1), scene)], -1)
+    boxes = outline_boxes(scene.segments, scene.structure)
     if scene.strokes is None:
         return boxes
     reach = scene.strokes.reach[:, None].expand(-1, 2)
     return boxes + torch.cat([-reach, reach], 1)
 
 
-def _least(values: Tensor, scene: Scene) -> Tensor:
+def outline_boxes(segments: Tensor, structure: Structure) -> Tensor:
+    """Return the boxes [N, 4] of the outlines of ``segments`` [R, M, 2], without the reach of strokes."""
+    ends = segments[structure.segment_next.long(), :1]
+    parameters = torch.linspace(0.0, 1.0, _BOX_SAMPLES, dtype=segments.dtype, device=segments.device)
+    outline = bernstein(segments.shape[1], parameters) @ torch.cat([segments, ends], 1)
+    return torch.cat([_least(outline.amin(1), structure), -_least(-outline.amax(1), structure)], -1)
+
+
+def _least(values: Tensor, structure: Structure) -> Tensor:
     """Return the least of the ``values`` [R, 2] of each path's rows [N, 2]."""
-    structure = scene.structure
     if structure.uniform_count is not None:
-        return values.reshape(len(scene), structure.uniform_count, 2).amin(1)
+        return values.reshape(structure.path_count, structure.uniform_count, 2).amin(1)
     rows = structure.segment_path.long()[:, None].expand_as(values)
-    return values.new_full((len(scene), 2), torch.inf).scatter_reduce_(0, rows, values, "amin")
+    return values.new_full((structure.path_count, 2), torch.inf).scatter_reduce_(0, rows, values, "amin")

@@ -10,9 +10,10 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.errors import InputError
-from warpvec.geometry.bezier import path_boxes
+from warpvec.geometry.bezier import outline_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import LAYERS_MAX, SIGMA_MAX
+from warpvec.geometry.structure import Structure
 from warpvec.kernels import softening as kernels
 from warpvec.kernels import softening_adjoint as adjoint_kernels
 from warpvec.kernels.constants import GAUSSIAN_REACH, TILE
@@ -28,7 +29,8 @@ class _Taps(NamedTuple):
 
     Attributes:
         reach: pixels [S] (int32) that a pixel is blurred over, to each side.
-        weights: share [S, taps] that a pixel gives to one so many pixels away, 0 beyond the reach.
+        weights: share [S, taps] that a pixel gives to one so many pixels away, 0 beyond the reach: at least
+            ``AT_ONCE`` - 1 zeros follow.
         slopes: derivative of the weights by the standard deviation [S, taps].
     """
 
@@ -42,7 +44,8 @@ def gaussian_taps(sigma: Tensor) -> _Taps:
     wide = sigma.double()[:, None]
     reach = torch.ceil(GAUSSIAN_REACH * wide)
     # On a GPU this waits for its work, as a step with soft paths does anyway.
-    away = torch.arange(int(reach.max()) + 1, dtype=torch.float64, device=sigma.device)
+    count = int(reach.max()) + kernels.AT_ONCE
+    away = torch.arange(count, dtype=torch.float64, device=sigma.device)
     weights = torch.where(away <= reach, torch.exp(-0.5 * (away / wide) ** 2), 0.0)
     slopes = weights * away**2 / wide**3
     total, change = (2.0 * each.sum(1, keepdim=True) - each[:, :1] for each in (weights, slopes))
@@ -71,6 +74,8 @@ class Softening:
         self._kept: dict[int, _Stages] = {}
         self._stages: _Stages | None = None
         self._scene: Scene | None = None
+        self._whole: Structure | None = None
+        self._paths: Tensor
 
     def begin(self, scene: Scene) -> wp.array | None:
         """Take the soft paths of ``scene``, and return how far each path reaches [N]; None if none is soft.
@@ -82,21 +87,30 @@ class Softening:
         paths = _soft_paths(scene)
         if paths is None or scene.softness is None:
             return None
-        sigma = scene.softness.sigma.detach()[paths].clamp_max(SIGMA_MAX)
-        self._taps = gaussian_taps(sigma)
-        self._check_layers(scene, paths)
-        self._structure, self._rows = scene.structure.select(paths)
-        self._paths, self._scene = paths, scene
+        self._select(scene.structure, paths)
+        self._taps = gaussian_taps(scene.softness.sigma.detach()[paths].clamp_max(SIGMA_MAX))
+        strokes, rows = scene.strokes, scene.segments.detach()[self._rows]
+        self._strokes = None if strokes is None else strokes.map(lambda values: values.detach()[paths])
+        self._check_layers(rows)
+        self._segments, self._scene = rows, scene
         reach = torch.zeros(len(scene), dtype=torch.int32, device=paths.device)
         reach[paths] = self._taps.reach
         return as_warp(reach, wp.int32)
 
-    def _check_layers(self, scene: Scene, paths: Tensor) -> None:
-        """Refuse soft ``paths`` [S] whose layers take too much memory: a short file can ask for that."""
-        canvas = torch.tensor([self._grid.width, self._grid.height], device=paths.device)
-        boxes = path_boxes(scene)[paths]
+    def _select(self, structure: Structure, paths: Tensor) -> None:
+        """Take the structure of the ``paths`` [S], unless it is the present one: to make it anew takes a while."""
+        if structure is self._whole and torch.equal(paths, self._paths):
+            return
+        self._whole, self._paths = structure, paths
+        self._structure, self._rows = structure.select(paths)
+
+    def _check_layers(self, segments: Tensor) -> None:
+        """Refuse soft paths of ``segments`` whose layers take too much memory: a short file can ask for that."""
+        canvas = torch.tensor([self._grid.width, self._grid.height], device=segments.device)
+        boxes = outline_boxes(segments, self._structure)
+        reach = self._taps.reach if self._strokes is None else self._taps.reach + self._strokes.reach
         sides = (boxes[:, 2:] - boxes[:, :2]).nan_to_num(torch.inf)
-        sides = torch.minimum(sides, canvas.to(sides)) + 2.0 * self._taps.reach[:, None] + 2.0 * TILE
+        sides = torch.minimum(sides, canvas.to(sides)) + 2.0 * reach[:, None] + 2.0 * TILE
         pixels = float(sides.double().prod(1).sum())
         if not pixels <= LAYERS_MAX:
             rule = f"must have layers of at most {LAYERS_MAX:,} pixels together"
@@ -104,14 +118,11 @@ class Softening:
 
     def run(self, binning: Binning, slot_winding: wp.array) -> None:
         """Replace the windings of soft paths in ``slot_winding`` by their blurred coverage."""
-        scene = self._scene
-        if scene is None:
+        if self._scene is None:
             return
-        stages, count = self._prepared_stages(), len(self._paths)
-        strokes = None if scene.strokes is None else scene.strokes.map(lambda values: values.detach()[self._paths])
-        segments = scene.segments.detach()[self._rows] + float(stages.margin * TILE)
-        stages.flattening.run(segments, self._structure, strokes)
-        stages.binning.run(stages.flattening, count, as_warp(self._taps.reach, wp.int32))
+        stages = self._prepared_stages()
+        stages.flattening.run(self._segments + float(stages.margin * TILE), self._structure, self._strokes)
+        stages.binning.run(stages.flattening, self._structure.path_count, as_warp(self._taps.reach, wp.int32))
         stages.coverage.run(stages.flattening, stages.binning)
         self._set_arrays(stages.binning)
         run, layer = self._kernels, [self._layer(f"layer_{index}") for index in range(4)]
@@ -172,7 +183,7 @@ class Softening:
 
     def _prepared_stages(self) -> _Stages:
         """Return the stages with just the margin needed: layers at another place would be rounded otherwise."""
-        needed = math.ceil(self._taps.weights.shape[1] / TILE)
+        needed = math.ceil((self._taps.weights.shape[1] - kernels.AT_ONCE + 1) / TILE)
         if needed not in self._kept:
             self._kept[needed] = _Stages(self._launch, self._lanes, self._grid, needed)
         self._stages = self._kept[needed]
