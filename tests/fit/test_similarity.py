@@ -18,16 +18,29 @@ from warpvec.rendering.draw import draw_pixels
 WEIGHT = 0.7
 
 
-def weighted_similarity(image: Tensor, target: Tensor) -> float:
-    """Return the measured SSIM of the means of the channels, summed over the windows, over the pixels, weighted."""
-    height, width = image.shape[:2]
-    gray, wanted = (each.mean(2, keepdim=True).numpy() for each in (image, target))
-    window_count = max(height - SSIM_WINDOW + 1, 1) * max(width - SSIM_WINDOW + 1, 1)
-    return WEIGHT * window_count * ssim(gray, wanted) / (height * width)
+def weighted_similarity(image: Tensor, target: Tensor, scale_count: int) -> float:
+    """Return the measured SSIM of the means of the channels, summed over windows and scales, over the pixels there."""
+    gray, wanted = (each.mean(2, keepdim=True) for each in (image, target))
+    total, pixels = 0.0, float(image[..., 0].numel())
+    for _ in range(scale_count):
+        height, width = gray.shape[:2]
+        window_count = max(height - SSIM_WINDOW + 1, 1) * max(width - SSIM_WINDOW + 1, 1)
+        total += window_count * ssim(gray.numpy(), wanted.numpy()) / pixels
+        gray, wanted, pixels = halved(gray), halved(wanted), pixels / 4.0
+    return WEIGHT * total
 
 
-@pytest.mark.parametrize(("height", "width"), [(19, 23), (4, 11)])
-def test_the_shift_has_the_adjoint_of_measured_similarity(height: int, width: int) -> None:
+def halved(gray: Tensor) -> Tensor:
+    """Return ``gray`` [h, w, 1] of half the size, by means of four pixels."""
+    height, width = gray.shape[0] // 2, gray.shape[1] // 2
+    squares = gray[: 2 * height, : 2 * width].reshape(height, 2, width, 2, 1)
+    return squares.mean((1, 3))
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "scale_count"), [(120, 112, 5), (60, 70, 4), (16, 24, 2), (13, 13, 1), (4, 11, 1)]
+)
+def test_the_shift_has_the_adjoint_of_measured_similarity(height: int, width: int, scale_count: int) -> None:
     generator = torch.Generator().manual_seed(height)
     target = 0.3 + 0.4 * torch.rand(height, width, 3, generator=generator, dtype=torch.float64)
     image = (target + 0.1 * torch.randn(target.shape, generator=generator, dtype=torch.float64)).clamp(0.0, 1.0)
@@ -38,7 +51,7 @@ def test_the_shift_has_the_adjoint_of_measured_similarity(height: int, width: in
         moved = [image.clone(), image.clone()]
         for sign, each in zip((1.0, -1.0), moved, strict=True):
             each[row, column, channel] += sign * step
-        high, low = (weighted_similarity(each, target) for each in moved)
+        high, low = (weighted_similarity(each, target, scale_count) for each in moved)
         assert float(adjoint[row, column]) == pytest.approx((high - low) / (2.0 * step), rel=1e-5, abs=1e-12)
 
 

@@ -5,6 +5,8 @@ the error is 2 (I - T) / (3 h w) for the target T. So the adjoint of the sum is 
 target T + w h w / 2 dSSIM/dg. Here g is the mean of the three channels, of which SSIM is taken: of each channel it
 would cost three times as much, for files of the same SSIM.
 
+There is such a term for each of several scales: images of half the sides, a quarter and so on, by means of squares.
+
 The weight w is a constant times the present mean squared error E. So the sum has the gradient of log E + constant
 (1 - SSIM), times E: one SSIM is worth as many decibels in every photo, whether its error is small or large.
 
@@ -15,19 +17,57 @@ The renderer's fused step takes such a shift in for next to nothing. It changes 
 from __future__ import annotations
 
 from torch import Tensor
-from torch.nn.functional import pad
+from torch.nn.functional import avg_pool2d, pad
 
 from warpvec.image.metrics import SSIM_C1, SSIM_C2, SSIM_WINDOW
 
+SCALE_COUNT = 5
+"""Scales at most. kodim05, 13 and 23 at 512 paths, with a weight of 0.7: five scales give 26.08 dB and LPIPS (VGG)
+0.483. With a weight of 1, one gives 25.95 dB and 0.492, three 26.02 and 0.486, four 26.03 and 0.484."""
+
 
 class Similarity:
-    """SSIM of images with a ``target`` [h, w, 3], in windows as in `warpvec.image.metrics.ssim`.
+    """SSIM of images with a ``target`` [h, w, 3], at ``SCALE_COUNT`` scales, or fewer if the smallest has no window.
 
-    The sum over the windows is divided by h w, although there are no windows at the border: sizes stay comparable.
+    Rows and columns that fill no square of a scale do not count there.
     """
 
     def __init__(self, target: Tensor) -> None:
-        self._target = target.mean(2)
+        scales = [target.mean(2)]
+        while len(scales) < SCALE_COUNT and min(scales[-1].shape) >= 2 * SSIM_WINDOW:
+            scales.append(_halved(scales[-1]))
+        self._scales = [_ScaleSimilarity(gray) for gray in scales]
+
+    def shift(self, image: Tensor, weight: Tensor) -> Tensor:
+        """Return the shift [h, w] of the target for an ``image`` [h, w, 3], with the weight w of each scale."""
+        gray = image.mean(2)
+        shifts: list[Tensor] = []
+        for scale in self._scales:
+            gray = gray if not shifts else _halved(gray)
+            shifts.append(scale.shift(gray, weight))
+        total = shifts.pop()
+        while shifts:
+            height, width = total.shape
+            doubled = total[:, None, :, None].expand(-1, 2, -1, 2).reshape(2 * height, 2 * width)
+            total = shifts.pop()
+            total[: 2 * height, : 2 * width] += doubled
+        return total
+
+
+def _halved(gray: Tensor) -> Tensor:
+    """Return the mean of each square of 2 x 2 pixels of ``gray`` [h, w]."""
+    return avg_pool2d(gray[None], 2)[0]
+
+
+class _ScaleSimilarity:
+    """SSIM of grey images with a ``target`` [h, w], in windows as in `warpvec.image.metrics.ssim`.
+
+    The sum over the windows is divided by h w, although there are no windows at the border: sizes stay comparable. At
+    a smaller scale it is divided by the h w of the largest, over the pixels of a square.
+    """
+
+    def __init__(self, target: Tensor) -> None:
+        self._target = target
         height, width = self._target.shape
         self._window = (min(SSIM_WINDOW, height), min(SSIM_WINDOW, width))
         self._area = self._window[0] * self._window[1]
@@ -35,9 +75,8 @@ class Similarity:
         self._mean = self._means(self._target)
         self._variance = self._means(self._target.square()) - self._mean.square()
 
-    def shift(self, image: Tensor, weight: Tensor) -> Tensor:
-        """Return the shift [h, w] of the target for an ``image`` [h, w, 3], with the weight w."""
-        gray = image.mean(2)
+    def shift(self, gray: Tensor, weight: Tensor) -> Tensor:
+        """Return the shift [h, w] of the target for a ``gray`` image [h, w], with the weight w."""
         mean = self._means(gray)
         variance = self._means(gray.square()) - mean.square()
         covariance = self._means(gray * self._target) - mean * self._mean
