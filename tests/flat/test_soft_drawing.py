@@ -14,7 +14,7 @@ from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.flat.softness.casters import find_casters
 from warpvec.flat.softness.grounds import find_grounds, find_plateaus
-from warpvec.flat.softness.shadows import find_shadow
+from warpvec.flat.softness.shadows import find_shadow, find_shadows
 from warpvec.flat.softness.shapes import casting_paths, find_gaps, measured_again, paths_below
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
@@ -149,6 +149,46 @@ def test_a_soft_spot_is_an_ellipse_also_behind_a_figure_or_beside_a_thin_line(to
     assert np.abs(found.casters - ellipse).sum() < 0.06 * ellipse.sum()
     np.testing.assert_allclose(found.look.amplitude / 255.0, -0.5, atol=0.02)
     np.testing.assert_allclose(found.clean[68:], 1.0, atol=0.01)
+
+
+BLUR = (
+    '<filter id="b{0}" filterUnits="userSpaceOnUse" x="-60" y="-60" width="240" height="200" '
+    'color-interpolation-filters="sRGB"><feGaussianBlur stdDeviation="{0}"/></filter>'
+)
+
+BESIDE = f"""<svg xmlns="http://www.w3.org/2000/svg" width="120" height="80">
+<defs>{BLUR.format(2)}{BLUR.format(4)}</defs><rect width="120" height="80" fill="#fff"/>{{things}}</svg>"""
+
+TWO_CARDS = """<path fill-opacity=".5" filter="url(#b2)" d="M15 18h30v24h-30z"/>
+<path fill="#fc6" d="M12 14h30v24h-30z"/>
+<path fill-opacity=".5" filter="url(#b4)" d="M76 38h30v24h-30z"/>
+<path fill="#2f7de0" d="M76 31h30v24h-30z"/>"""
+
+TWO_LIGHTS = """<circle cx="32" cy="30" r="10" fill="#fb4" filter="url(#b2)"/>
+<circle cx="86" cy="46" r="14" fill="#48f" filter="url(#b4)"/>"""
+
+
+@pytest.mark.parametrize(("things", "is_cast"), [(TWO_CARDS, True), (TWO_LIGHTS, False)])
+def test_things_side_by_side_have_shadows_of_their_own(things: str, is_cast: bool) -> None:
+    pytest.importorskip("svgelements")
+    image = draw_8_bits(read_svg(BESIDE.format(things=things)).scene, 80, 120, 1)[..., :3]
+    found = find_shadows(image.astype(np.float32) / 255.0)
+    assert sorted(shadow.look.sigma for shadow in found) == pytest.approx([2.0, 4.0], rel=0.05)
+    assert all(shadow.is_cast == is_cast for shadow in found)
+    if is_cast:
+        assert sorted(shadow.look.offset[1] for shadow in found) == pytest.approx([4.0, 7.0], abs=0.2)
+
+
+@pytest.mark.slow
+def test_each_of_two_cards_casts_a_soft_path_with_its_outline() -> None:
+    pytest.importorskip("svgelements")
+    image = draw_8_bits(read_svg(BESIDE.format(things=TWO_CARDS)).scene, 80, 120, 1)[..., :3]
+    result = warpvec.vectorize(image, mode="flat", threads=1, device="cpu")
+    scene = result.scene
+    assert len(scene) == 4 and scene.softness is not None and result.file_psnr > 45.0
+    soft = scene.softness.is_soft.nonzero().flatten().tolist()
+    assert sorted(scene.softness.sigma[soft].tolist()) == pytest.approx([2.0, 4.0], rel=0.05)
+    assert scene.structure.segment_count == 16  # four corners each
 
 
 def test_a_ball_with_a_gradient_is_no_soft_spot() -> None:

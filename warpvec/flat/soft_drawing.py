@@ -1,6 +1,6 @@
-"""Draw flat art with its shadow or glow as one soft path, if that is the shorter description of the picture.
+"""Draw flat art with each shadow or glow as one soft path, if that is the shorter description of the picture.
 
-The picture without the shadow is drawn like any other, and so is the mask of what casts it. The soft path takes the
+The picture without the shadows is drawn like any other, and so is the mask of what casts each. The soft path takes the
 outline of the mask, is fitted to the picture, and competes with the drawing of bands and gradients.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import torch
 
@@ -16,7 +16,7 @@ from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.windows import cut_windows
 from warpvec.flat.drawing import FlatDrawing
-from warpvec.flat.softness.shadows import Shadow, find_shadow
+from warpvec.flat.softness.shadows import Shadow, find_shadows
 from warpvec.flat.softness.shapes import (
     as_one,
     casting_paths,
@@ -32,8 +32,17 @@ from warpvec.svg.write import write_svg
 
 
 @dataclass(frozen=True)
+class _Placed:
+    """A shadow and the path around all that casts it, above so many paths of a drawing."""
+
+    shadow: Shadow
+    outline: Scene
+    below: int
+
+
+@dataclass(frozen=True)
 class SoftDrawing:
-    """The work on a picture that may have a shadow.
+    """The work on a picture that may have shadows.
 
     Attributes:
         hard: the same without looking for one.
@@ -58,7 +67,7 @@ class SoftDrawing:
             hard = self.hard.draw(detail)
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
         soft = self._soft(detail)
-        is_sure = self._shadow is not None and self._shadow.is_cast
+        is_sure = bool(self._shadows) and all(shadow.is_cast for shadow in self._shadows)
         if soft is not None and is_sure and self._is_right(soft[0]):
             return soft
         return self._better(soft, self.hard.draw(detail))
@@ -69,19 +78,22 @@ class SoftDrawing:
         return soft if soft is not None and self._is_better(soft[0], hard[0]) else hard
 
     def _soft(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
-        """Return the drawing with a soft path; None if there is no shadow, what casts it has no outline, or time is up.
+        """Return the drawing with soft paths; None if there is no shadow, what casts one has no outline, or time is up.
 
         If the user stops it, what is left to do takes no time.
         """
-        if self._shadow is None:
+        if not self._shadows:
             return None
         sharp, left_out = self._clean.draw(detail)
-        if self._is_time_up or self._outline is None or self._is_time_up:
+        outlines = [None if self._is_time_up else self._outline(shadow) for shadow in self._shadows]
+        found = [outline for outline in outlines if outline is not None]
+        if self._is_time_up or len(found) < len(outlines):
             return None
-        below = paths_below(sharp, self._shadow, self.work.config.threads)
-        sharp = self._with_gaps(sharp, self._shadow, below)
-        free = self._fitted(_inserted(sharp, soft_copy(self._outline, self._shadow), below))
-        same = None if self._is_time_up else self._with_same_outline(sharp, self._shadow, below)
+        for shadow in self._shadows:
+            sharp = self._with_gaps(sharp, shadow)
+        placed = sorted(map(partial(self._placed, sharp), self._shadows, found), key=lambda each: each.below)
+        free = self._fitted(_inserted(sharp, placed, [soft_copy(each.outline, each.shadow) for each in placed]))
+        same = None if self._is_time_up else self._with_same_outlines(sharp, placed, free)
         if same is None:
             return free, left_out
         before, after = (self._description(self.work, scene) for scene in (free, same))
@@ -99,20 +111,17 @@ class SoftDrawing:
         return is_free and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
 
     @cached_property
-    def _shadow(self) -> Shadow | None:
-        return find_shadow(self.work.image.numpy(), lambda: self._is_time_up)
+    def _shadows(self) -> list[Shadow]:
+        return find_shadows(self.work.image.numpy(), lambda: self._is_time_up)
 
     @cached_property
     def _clean(self) -> FlatDrawing:
-        assert self._shadow is not None
-        image = torch.from_numpy(self._shadow.clean)
+        image = torch.from_numpy(self._shadows[-1].clean)
         return replace(self.work, image=image, unexplained_max=None, known=None, jpeg=None)
 
-    @cached_property
-    def _outline(self) -> Scene | None:
-        """One path around all that casts the shadow; None if its mask has no outline."""
-        assert self._shadow is not None
-        mask = torch.from_numpy(1.0 - self._shadow.casters).float()[..., None].expand(-1, -1, 3).contiguous()
+    def _outline(self, shadow: Shadow) -> Scene | None:
+        """Return one path around all that casts the ``shadow``; None if its mask has no outline."""
+        mask = torch.from_numpy(1.0 - shadow.casters).float()[..., None].expand(-1, -1, 3).contiguous()
         config = replace(self.work.config, strokes="off", gradients=0.0)
         work = replace(self.work, image=mask, config=config, unexplained_max=None, known=None, jpeg=None)
         drawn, _ = work.draw(SOFTNESS.mask_detail)
@@ -121,35 +130,50 @@ class SoftDrawing:
         dark = (parts.color.amax(1) < 0.5).nonzero().flatten()
         return joined_outlines(parts.select(dark)) if len(dark) else None
 
-    def _with_gaps(self, sharp: Scene, shadow: Shadow, below: int) -> Scene:
-        """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them.
+    def _placed(self, sharp: Scene, shadow: Shadow, outline: Scene) -> _Placed:
+        return _Placed(shadow, outline, paths_below(sharp, shadow, self.work.config.threads))
 
-        The shapes are above its ``below`` lowest paths.
-        """
+    def _with_gaps(self, sharp: Scene, shadow: Shadow) -> Scene:
+        """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them."""
         (height, width), threads = self.work.image.shape[:2], self.work.config.threads
-        shapes = sharp.select(torch.arange(below, len(sharp)))
+        below = paths_below(sharp, shadow, threads)
+        shapes = _above(sharp, below)
         is_gap = find_gaps(shapes, shadow, threads)
         if not is_gap.any():
             return sharp
         return sharp.prefix(below).joined(cut_windows(shapes, is_gap, width, height))
 
-    def _with_same_outline(self, sharp: Scene, shadow: Shadow, below: int) -> Scene | None:
-        """Return ``sharp`` above a shadow with the outlines of its shapes; None if no paths are what casts it."""
-        threads, image = self.work.config.threads, self.work.image.numpy()
-        shapes = sharp.select(torch.arange(below, len(sharp)))
-        casters = casting_paths(shapes, shadow, threads) if 0 < len(shapes) <= SOFTNESS.paths_right else None
-        if casters is None:
+    def _with_same_outlines(self, sharp: Scene, placed: list[_Placed], free: Scene) -> Scene | None:
+        """Return ``sharp`` above shadows with the outlines of its shapes; None if no paths are what casts one.
+
+        The other shadows stay as they are in ``free``, the drawing in which all outlines are free.
+        """
+        assert free.softness is not None
+        rows = free.softness.is_soft.nonzero().flatten()
+        copies, casters = [free.select(row[None]) for row in rows], [self._casters(sharp, each) for each in placed]
+        if len(copies) < len(placed) or all(paths is None for paths in casters):
             return None
-        for _ in range(SOFTNESS.same_rounds):
-            shadow = measured_again(image, shapes, casters, shadow, threads)
-            whole = self._fitted(
-                _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), below), is_soft_fitted=False
-            )
-            assert whole.softness is not None
-            sharp = whole.select(~whole.softness.is_soft)
-            shapes = sharp.select(torch.arange(below, len(sharp)))
-        shadow = measured_again(image, shapes, casters, shadow, threads)
-        return _inserted(sharp, soft_copy(as_one(shapes, casters), shadow), below)
+        for is_last in [*[False] * SOFTNESS.same_rounds, True]:
+            for k, (each, paths) in enumerate(zip(placed, casters, strict=True)):
+                if paths is not None:
+                    placed[k] = self._measured_again(sharp, each, paths)
+                    copies[k] = soft_copy(as_one(_above(sharp, each.below), paths), placed[k].shadow)
+            if not is_last:
+                whole = self._fitted(_inserted(sharp, placed, copies), is_soft_fitted=False)
+                assert whole.softness is not None
+                sharp = whole.select(~whole.softness.is_soft)
+        return _inserted(sharp, placed, copies)
+
+    def _casters(self, sharp: Scene, placed: _Placed) -> list[int] | None:
+        """Return the paths of ``sharp``, counted above the shadow, that are just what casts it; None if none are."""
+        shapes = _above(sharp, placed.below)
+        if not 0 < len(shapes) <= SOFTNESS.paths_right:
+            return None
+        return casting_paths(shapes, placed.shadow, self.work.config.threads)
+
+    def _measured_again(self, sharp: Scene, placed: _Placed, casters: list[int]) -> _Placed:
+        image, shapes = self.work.image.numpy(), _above(sharp, placed.below)
+        return replace(placed, shadow=measured_again(image, shapes, casters, placed.shadow, self.work.config.threads))
 
     def _fitted(self, scene: Scene, *, is_soft_fitted: bool = True) -> Scene:
         """Return ``scene`` with its soft paths fitted, or the others; a fit may undo level lines of these."""
@@ -176,7 +200,13 @@ class SoftDrawing:
         return error * len(write_svg(scene, width, height)) ** SOFTNESS.byte_exponent
 
 
-def _inserted(scene: Scene, path: Scene, below: int) -> Scene:
-    """Return ``scene`` with ``path`` above its ``below`` lowest paths."""
-    lower, upper = scene.prefix(below), scene.select(torch.arange(below, len(scene)))
-    return lower.joined(path).joined(upper)
+def _above(scene: Scene, below: int) -> Scene:
+    """Return ``scene`` without its ``below`` lowest paths."""
+    return scene.select(torch.arange(below, len(scene)))
+
+
+def _inserted(scene: Scene, placed: list[_Placed], copies: list[Scene]) -> Scene:
+    """Return ``scene`` with the ``copies``, the soft paths of shadows in ascending order, at their places."""
+    for each, path in zip(reversed(placed), reversed(copies), strict=True):
+        scene = scene.prefix(each.below).joined(path).joined(_above(scene, each.below))
+    return scene

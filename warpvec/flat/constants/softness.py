@@ -96,6 +96,10 @@ class SoftnessConstants:
     """The same as ``unexplained`` for a soft spot, whose form is free: a ball with a gradient leaves 0.005 to 0.03, the
     shadow below a figure, which its filter cut off, 0.003."""
 
+    spot_seen: float = 0.25
+    """Least share of a soft spot that is seen. The shadow below a figure has 0.6. Spots that explain a few pixels of a
+    road, and would lie below all of a map, have up to 0.14."""
+
     spot_rounds: int = 3
     """Most fits of a soft spot. Before each but the first, what the last one was far from is left out."""
 
@@ -113,6 +117,16 @@ class SoftnessConstants:
 
     coarse_unexplained: float = 0.3
     """The same as ``unexplained`` in the small copy, whose masks are rough."""
+
+    shadows_max: int = 6
+    """Most shadows of a picture, each with a look of its own."""
+
+    things_max: int = 12
+    """Most things on a ground around each of which a shadow is looked for; more are the letters of a text."""
+
+    part_unexplained: float = 0.05
+    """The same as ``coarse_unexplained`` around one of several things. Shadows there leave below 0.01, the edges of
+    enlarged pictures 0.06 and 0.12; to fit each takes seconds."""
 
     plateaus_max: int = 1000
     """Most plateaus of a picture in which shadows of shapes are looked for: each takes time."""

@@ -126,7 +126,8 @@ def _cast(
     begin = None if rough is None else rough[1]
     change = levels - ground.below
     zones = [(mask, Zone(change, ground.deviation, is_seen)) for mask, is_seen in masks]
-    tried = [(mask, fit_shadow(zone, mask, begin)) for mask, zone in zones]
+    coarse_max = SOFTNESS.part_unexplained if ground.is_part else SOFTNESS.coarse_unexplained
+    tried = [(mask, fit_shadow(zone, mask, begin, coarse_max)) for mask, zone in zones]
     fits = [(mask, fit) for mask, fit in tried if fit is not None]
     return min(fits, key=lambda each: each[1].unexplained) if fits else None
 

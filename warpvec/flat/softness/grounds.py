@@ -7,7 +7,7 @@ changes steadily.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ class Ground:
         area: the plateau or the even area that it was measured in [h, w].
         is_seen: where the picture shows it [h, w], in its region.
         region: where it can lie [h, w]: everywhere, or in a shape of the drawing.
+        is_part: whether it is what lies around one of several things.
     """
 
     color: Floats
@@ -37,11 +38,28 @@ class Ground:
     area: Mask
     is_seen: Mask
     region: Mask
+    is_part: bool = False
 
     @property
     def deviation(self) -> Floats | None:
         """How far its colour is from the middle one [h, w, C]; None if it has one colour."""
         return None if self.is_flat else self.below - self.color
+
+    def parts(self) -> Iterator[Ground]:
+        """Yield the ground around each of the things that lie on it, the largest first; none if it is only one thing.
+
+        Each may have a shadow of its own. The parts meet halfway between the things.
+        """
+        things, count = ndimage.label(self.region & ~self.is_seen, np.ones((3, 3)))
+        sizes = np.bincount(things.ravel(), minlength=count + 1)[1:]
+        large = [k + 1 for k in np.argsort(-sizes, kind="stable") if sizes[k] >= SOFTNESS.zone_area]
+        if not 1 < len(large) <= SOFTNESS.things_max:
+            return
+        nearest = ndimage.distance_transform_edt(things == 0, return_distances=False, return_indices=True)
+        owner = things[tuple(nearest)]
+        for number in large:
+            region = self.region & (owner == number)
+            yield replace(self, is_seen=self.is_seen & region, region=region, is_part=True)
 
 
 def find_plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:

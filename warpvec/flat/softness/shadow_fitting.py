@@ -104,10 +104,13 @@ def _added(strength: Floats, amplitude: Floats, opacity: float, deviation: Float
     return added
 
 
-def fit_shadow(zone: Zone, mask: Floats, rough: FoundShadow | None) -> FoundShadow | None:
+def fit_shadow(
+    zone: Zone, mask: Floats, rough: FoundShadow | None, coarse_max: float = SOFTNESS.coarse_unexplained
+) -> FoundShadow | None:
     """Return the shadow that `_fit` finds in a small copy, or from a ``rough`` one on in the picture itself.
 
-    It is None if the small copy shows that there is none, or none that is as near and as sharp as shadows are.
+    It is None if the small copy shows that there is none, because more than ``coarse_max`` is unexplained, or none that
+    is as near and as sharp as shadows are.
     """
     if rough is None:
         step, begin = -(-max(mask.shape) // SOFTNESS.coarse_side), None
@@ -115,7 +118,7 @@ def fit_shadow(zone: Zone, mask: Floats, rough: FoundShadow | None) -> FoundShad
         step = max(1, min(max(mask.shape) // SOFTNESS.fine_side, int(rough.sigma / SOFTNESS.fine_sigma)))
         begin = rough.offset[0] / step, rough.offset[1] / step, rough.sigma / step
     found = _fit(zone.reduced(step), reduced(mask, step), begin)
-    if found is None or (begin is None and step > 1 and found.unexplained > SOFTNESS.coarse_unexplained):
+    if found is None or (begin is None and step > 1 and found.unexplained > coarse_max):
         return None
     offset, sigma = (step * found.offset[0], step * found.offset[1]), step * found.sigma
     is_far = max(map(abs, offset)) > SOFTNESS.offset_max or sigma > SOFTNESS.sigma_max

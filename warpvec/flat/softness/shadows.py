@@ -65,6 +65,20 @@ def _never() -> bool:
     return False
 
 
+def find_shadows(image: Floats32, is_time_up: Callable[[], bool] = _never) -> list[Shadow]:
+    """Return the shadows of a picture; each is found in the picture without those before it.
+
+    Arguments as for `find_shadow`.
+    """
+    found: list[Shadow] = []
+    while len(found) < SOFTNESS.shadows_max:
+        shadow = find_shadow(found[-1].clean if found else image, is_time_up)
+        if shadow is None:
+            break
+        found.append(shadow)
+    return found
+
+
 def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Shadow | None:
     """Return the shadow of a picture; None without one, or if the time is up before one is found.
 
@@ -80,13 +94,14 @@ def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Sha
         return None
     best = None
     for ground in find_grounds(levels, plateaus, count):
-        if is_time_up():
-            break
-        found = _found_on(ground, levels, plateaus, count, is_time_up)
-        if found is not None and (best is None or found.look.unexplained < best.look.unexplained):
-            best = found
-        if best is not None and best.look.unexplained <= SOFTNESS.explained:
-            break
+        for part in (ground, *ground.parts()):
+            if is_time_up():
+                return best
+            found = _found_on(part, levels, plateaus, count, is_time_up)
+            if found is not None and (best is None or found.look.unexplained < best.look.unexplained):
+                best = found
+            if best is not None and best.look.unexplained <= SOFTNESS.explained:
+                return best
     return best
 
 

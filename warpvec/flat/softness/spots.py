@@ -23,7 +23,10 @@ def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
     if found is None or found[2] > SOFTNESS.unexplained:
         return None
     values, look, unexplained = found
-    return _ellipse(values, *zone.is_seen.shape), FoundShadow((0.0, 0.0), float(np.exp(values[5])), *look, unexplained)
+    sharp, sigma = _ellipse(values, *zone.is_seen.shape), float(np.exp(values[5]))
+    if sharp[zone.is_seen].sum() < SOFTNESS.spot_seen * sharp.sum():
+        return None
+    return sharp, FoundShadow((0.0, 0.0), sigma, *look, unexplained)
 
 
 def _fitted(zone: Zone, side: int, rough: Floats | None) -> tuple[Floats, tuple[Floats, float], float] | None:
