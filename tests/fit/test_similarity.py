@@ -52,7 +52,7 @@ def test_the_shift_has_the_adjoint_of_measured_similarity(height: int, width: in
         for sign, each in zip((1.0, -1.0), moved, strict=True):
             each[row, column, channel] += sign * step
         high, low = (weighted_similarity(each, target, scale_count) for each in moved)
-        assert float(adjoint[row, column]) == pytest.approx((high - low) / (2.0 * step), rel=1e-5, abs=1e-12)
+        assert float(adjoint[row, column]) == pytest.approx((high - low) / (2.0 * step), rel=1e-5, abs=1e-10)
 
 
 def textured(height: int, width: int) -> Tensor:
