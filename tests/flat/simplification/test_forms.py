@@ -53,6 +53,16 @@ def test_forms_are_found_with_their_numbers() -> None:
     assert found[ROUND_RECT].tolist() == pytest.approx([70.0, 69.0, 32.0, 28.0, math.radians(15), 8.0], abs=0.15)
 
 
+def test_a_ground_with_a_gradient_is_the_rectangle_of_the_picture() -> None:
+    scene = drawn(
+        """<linearGradient id="g" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="20" y2="96">
+<stop stop-color="#a8d8f0"/><stop offset="1" stop-color="#f8e0c0"/></linearGradient>
+<rect width="96" height="96" fill="url(#g)"/><circle fill="#c22" cx="40" cy="44" r="20"/>"""
+    )
+    assert scene.forms is not None and scene.forms.kind.tolist() == [RECT, CIRCLE]
+    assert scene.forms.parameters[0].tolist() == pytest.approx([48.0, 48.0, 96.0, 96.0, 0.0, 0.0], abs=1e-4)
+
+
 def test_a_disc_behind_a_square_is_a_whole_circle() -> None:
     scene = drawn(
         """<circle fill="#c22" cx="40" cy="44" r="28"/><rect fill="#27c" x="42.5" y="40.5" width="45" height="45"/>"""

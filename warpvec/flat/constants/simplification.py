@@ -218,6 +218,10 @@ class SimplificationConstants:
     form_points_min: float = 0.2
     """Share of the points of an outline that must be visible before a form is looked for at all."""
 
+    canvas_near: float = 0.5
+    """Pixels from each side of the picture up to which an outline may be the rectangle around the picture. Outlines of
+    grounds lie at the sides or beyond them; the error decides."""
+
     form_rows_max: int = 24
     """Most segments of an outline that may be a form: simple ones have 4 to 8, partly hidden ones some more."""
 

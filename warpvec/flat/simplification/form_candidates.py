@@ -65,6 +65,18 @@ def candidates(points: Floats, weights: Floats, is_line: Mask, detail: float) ->
             yield found
 
 
+def whole_canvas(points: Floats, size: tuple[int, int]) -> Candidate | None:
+    """Return the rectangle around a picture of this ``size`` if the ``points`` [S, P, 2] of a loop reach all its sides.
+
+    An outline beyond the picture shows nowhere, so its points say nothing of its form.
+    """
+    near, (width, height) = SIMPLIFICATION.canvas_near, size
+    low, high = points.reshape(-1, 2).min(0), points.reshape(-1, 2).max(0)
+    if (low > near).any() or (high < np.array(size) - near).any():
+        return None
+    return Candidate(RECT, np.array([width / 2, height / 2, width, height, 0.0, 0.0]))
+
+
 def _kinds(is_line: Mask, has_hidden: bool) -> set[int]:
     """Return the forms that an outline with such segments can have; what is hidden can have any."""
     if is_line.all():

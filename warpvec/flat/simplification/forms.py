@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 import torch
@@ -17,7 +17,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.accepted_changes import kept_loops
 from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.simplification.form_candidates import Candidate, candidates
+from warpvec.flat.simplification.form_candidates import Candidate, candidates, whole_canvas
 from warpvec.flat.simplification.local_error import boxes_of
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.geometry.forms.registry import OUTLINE, RECT, form_of
@@ -47,7 +47,8 @@ def find_forms(
     is_eligible = _separate_loops(scene, samples)
     if left is not None:
         is_eligible &= ~np.repeat(left, scene.structure.path_first_loop.diff().long().numpy())
-    offers = _offers(scene, samples, is_eligible, detail)
+    height, width = critic.image.shape[:2]
+    offers = _offers(scene, samples, is_eligible, detail, (width, height))
     offered = {loop: list(found) for loop, found in offers if not watch.is_over()}
     found: dict[int, Candidate] = {}
     while offered := {loop: each for loop, each in offered.items() if each}:
@@ -60,16 +61,17 @@ def find_forms(
 
 
 def _offers(
-    scene: Scene, samples: OutlineSamples, is_eligible: Mask, detail: float
+    scene: Scene, samples: OutlineSamples, is_eligible: Mask, detail: float, size: tuple[int, int]
 ) -> Iterator[tuple[int, Iterator[Candidate]]]:
-    """Yield each loop that may have a form, and these forms."""
+    """Yield each loop that may have a form, and these forms; ``size`` is the width and height of the picture."""
     seen = samples.visibility
     weights = np.where(seen < SIMPLIFICATION.hidden_visibility, 0.0, seen * samples.lengths)
     is_line = scene.structure.lines.numpy()
     for loop, (start, stop) in enumerate(pairwise(scene.structure.loop_first_segment.tolist())):
         if is_eligible[loop]:
             rows = slice(start, stop)
-            yield loop, candidates(samples.points[rows], weights[rows], is_line[rows], detail)
+            around = [whole] if (whole := whole_canvas(samples.points[rows], size)) is not None else []
+            yield loop, chain(around, candidates(samples.points[rows], weights[rows], is_line[rows], detail))
 
 
 def _separate_loops(scene: Scene, samples: OutlineSamples) -> Mask:
