@@ -47,6 +47,12 @@ class RegionConstants:
     as it is or reduced by means or bicubically, and 5 % are if reduced by Lanczos. Of their copies as WebP of quality
     80, 42 % are, the coloured ones. A coloured icon as WebP had 142 regions, and has 12 so."""
 
+    dither: float = 1.05 / 255
+    dither_share: float = 0.94
+    """Largest difference of neighbours on a gentle ramp that a browser has dithered, and the share of such in all
+    murmurs from which a picture is dithered, and not noisy: a page has 0.99, JPEG of quality 80 to 95 up to 0.59. A
+    drawing with dithered steep ramps has 0.45. It stays noisy: as a clean one, it gets specks of its ramps."""
+
     noise_min: float = 1.2 / 255
     noise_min_small: float = 2.1 / 255
     """Less noise than this is none, the second in pictures smaller than ``murmur_side``: clean ones with ramps have up

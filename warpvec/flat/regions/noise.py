@@ -83,6 +83,10 @@ def measure_noise(picture: Floats32) -> float:
         return 0.0
     difference = second_difference(luma)
     is_murmur = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
+    is_dither = is_murmur & (_largest_step(luma) <= REGIONS.dither)
+    if is_dither[band].sum() > REGIONS.dither_share * is_murmur[band].sum():
+        is_murmur &= ~is_dither
+        difference[is_dither] = 0.0
     quiet, loud = np.quantile(difference[band], [REGIONS.quiet_share, REGIONS.loud_share])
     murmurs = float(is_murmur[band].mean())
     if max(luma.shape) < REGIONS.murmur_side:
@@ -128,4 +132,15 @@ def second_difference(luma: Floats32) -> Floats32:
     result = np.zeros_like(luma)
     result[:, 1:-1] = np.abs(np.diff(luma, 2, axis=1))
     result[1:-1] = np.maximum(result[1:-1], np.abs(np.diff(luma, 2, axis=0)))
+    return result
+
+
+def _largest_step(luma: Floats32) -> Floats32:
+    """Return the largest difference from one of the four neighbours [h, w]."""
+    result = np.zeros_like(luma)
+    for axis in (0, 1):
+        step, along = np.abs(np.diff(luma, axis=axis)), np.moveaxis(result, axis, 0)
+        step = np.moveaxis(step, axis, 0)
+        along[1:] = np.maximum(along[1:], step)
+        along[:-1] = np.maximum(along[:-1], step)
     return result
