@@ -309,7 +309,7 @@ def _nearness(word: list[_Mark]) -> float:
 
 
 def _ink(mark: _Mark, known: Floats32, near: Floats, tolerances: Tolerances) -> _Ink:
-    """Return the ink of ``mark``: a ``known`` premultiplied colour [K, 4] that it is ``near`` [K], or its purest one."""
+    """Return the ink of ``mark``: a ``known`` premultiplied colour [K, 4] that it is ``near`` [K], or its purest."""
     offset = known - mark.color
     depth = offset @ mark.direction
     rest = np.abs(offset - depth[:, None] * mark.direction).max(1)
