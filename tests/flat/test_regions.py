@@ -87,6 +87,16 @@ def test_what_shines_through_a_seam_is_no_region() -> None:
     assert len(find_regions(image)) == 3
 
 
+def test_a_ramp_that_shines_through_a_seam_is_no_region() -> None:
+    image = drawn(
+        '<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="0" x2="0" y2="50"><stop stop-color="#60c"/>'
+        '<stop offset="1" stop-color="#f60"/></linearGradient><rect width="128" height="128" fill="#fff"/>'
+        '<rect x="12" y="12" width="104" height="104.5" fill="url(#a)"/>'
+        '<rect x="12" y="60" width="104" height="56.5" fill="#216"/>'
+    )
+    assert len(find_regions(image)) == 3
+
+
 @pytest.mark.parametrize("width", [0.8, 1.3, 2.4])
 def test_thin_lines_are_regions_of_their_color(width: float) -> None:
     image = drawn(

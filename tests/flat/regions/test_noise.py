@@ -31,6 +31,13 @@ def test_rounding_and_flat_colours_are_no_noise() -> None:
     assert measure_noise(opaque(ramp)) == measure_noise(opaque(two)) == 0.0
 
 
+@pytest.mark.parametrize(("levels", "is_noise"), [(1, False), (3, True)])
+def test_ramps_that_a_browser_dithers_by_a_level_are_no_noise(levels: int, is_noise: bool) -> None:
+    ramp = np.tile(np.linspace(240.0, 243.0, 256)[:, None], (1, 256))
+    chess = (np.indices(ramp.shape).sum(0) % 2 - 0.5) * levels
+    assert bool(measure_noise(opaque(np.round(ramp + chess) * LEVEL))) == is_noise
+
+
 def test_tolerances_of_noise_are_bounded_and_see_less_colour() -> None:
     clean, noisy = (measure_tolerances(opaque(_noisy(levels * LEVEL))) for levels in (0.0, 4.0))
     assert clean.noise == 0.0

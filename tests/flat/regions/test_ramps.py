@@ -164,6 +164,15 @@ def test_areas_get_their_flat_colour_or_their_ramp() -> None:
     assert max(fits.errors) < 1 / 255
 
 
+@pytest.mark.parametrize(("columns", "kind"), [(8, LINEAR), (6, FLAT)])
+def test_a_small_area_has_a_ramp_if_enough_pixels_agree_on_it(columns: int, kind: int) -> None:
+    """A liquid in an icon of 32 px shows five rows of a steep ramp."""
+    image = np.repeat(np.round(np.linspace(0.3, 0.45, 5) * 255)[:, None] / 255, columns, 1)
+    whole = opaque(image)
+    fits = fit_areas([np.arange(image.size)], whole.reshape(-1, 4), columns, measure_tolerances(whole))
+    assert len(fits.ramps) == (kind == LINEAR)
+
+
 def test_an_area_of_three_stops_is_one_region_with_one_paint() -> None:
     image = opaque(_blend(_points()[:, 0] / SIDE, DARK, LIGHT, DARK).reshape(SIDE, SIDE, 3))
     paints, labels = fit_paints(image, np.zeros((SIDE, SIDE), np.int32), measure_tolerances(image))

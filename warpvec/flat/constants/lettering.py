@@ -63,6 +63,10 @@ class LetteringConstants:
     """Distances between two marks of one word or line, beside and above each other: as shares of the height of the
     larger one, and the least in pixels. Spaces have 0.4; lines of text are 0.3 and more apart."""
 
+    reach_of_dots: float = 1.0
+    """Distance of a dot from a letter of its line, as a share of the letter's height: one between two words has a space
+    on both sides."""
+
     depth_share_min: float = 0.7
     """Marks of one ink are at least so pure, as a share of the purest beside them: a pale word beside a dark one has an
     ink of its own."""
@@ -74,6 +78,11 @@ class LetteringConstants:
     lone_ink_near: float = 0.6
     """Ink of a word, and of a mark alone, that reaches this share of an ink known from elsewhere is that ink: thin
     letters may have no pure pixel, and one alone says less."""
+
+    agreeing_pixels: int = 4
+    agreeing_marks: int = 2
+    """Pixels as pure as the purest of a word, and marks that have one, from which they show its ink: without them, gray
+    words of a page took the colour of the thin ring beside them."""
 
     # Words too small to be read (regions/small_text.py)
 

@@ -22,3 +22,11 @@ def are_close(boxes: Floats32, others: Floats32) -> Mask:
     reach = np.array([LETTERING.reach_down, LETTERING.reach_across], np.float32)
     limit = np.maximum(reach * tall[..., None], LETTERING.reach_min)
     return np.asarray((gaps_between(boxes, others) <= limit).all(-1))
+
+
+def are_dots_between(boxes: Floats32, others: Floats32) -> Mask:
+    """Return which of ``boxes`` [..., 4] are small dots in the line of ``others`` [..., 4], a space away [...]."""
+    is_dot = (boxes[..., 2:] - boxes[..., :2]).max(-1) < LETTERING.weak_side_max
+    tall = others[..., 2] - others[..., 0] + 1
+    limit = np.stack([np.zeros_like(tall), LETTERING.reach_of_dots * tall], -1)
+    return np.asarray(is_dot & (gaps_between(boxes, others) <= limit).all(-1))

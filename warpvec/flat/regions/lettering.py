@@ -12,11 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from warpvec.arrays import Floats32, Integers, Integers32, Mask, Places
+from warpvec.arrays import Floats, Floats32, Integers, Integers32, Mask, Places
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.regions.assignment import Assignment
-from warpvec.flat.regions.box_gaps import are_close, gaps_between
+from warpvec.flat.regions.box_gaps import are_close, are_dots_between, gaps_between
 from warpvec.flat.regions.crossing_marks import CrossingMark, joined
 from warpvec.flat.regions.islands import Island, find_grounds, parted_islands, regions_behind, whole_islands
 from warpvec.flat.regions.mark_writing import join_grounds, without_unseen, write_mark
@@ -133,7 +133,7 @@ def with_lettering(
     words = _words(marks)
     colors: list[Floats32] = []
     written: list[_Mark | CrossingMark] = []
-    for word, ink in zip(words, _inks(words, paints, tolerances), strict=True):
+    for word, ink in zip(words, _inks(words, paints, _is_pure(found, len(paints)), tolerances), strict=True):
         covered = [np.clip(mark.height / ink.depth, 0.0, 1.0) for mark in word]
         if _is_lettering(covered):
             least = area_min if len(word) > 1 else lone_area_min
@@ -235,7 +235,7 @@ def _words(marks: list[_Mark]) -> list[list[_Mark]]:
     box = np.array([mark.box for mark in marks], np.float32)
     depth = np.array([mark.depth for mark in marks], np.float32)
     gaps = gaps_between(box[:, None], box)
-    is_near = are_close(box[:, None], box) & _are_of_one_ink(marks)
+    is_near = (are_close(box[:, None], box) | are_dots_between(box[:, None], box)) & _are_of_one_ink(marks)
     # A weak mark belongs to the nearest one that is not.
     is_weak, is_solid = np.array([mark.is_weak for mark in marks]), np.array([mark.is_solid for mark in marks])
     shows_ink = np.array([mark.shows_ink for mark in marks])
@@ -267,20 +267,37 @@ class _Ink:
     depth: float
 
 
-def _inks(words: list[list[_Mark]], paints: Paints, tolerances: Tolerances) -> list[_Ink]:
+def _is_pure(found: Assignment, count: int) -> Mask:
+    """Return which of ``count`` paints pure pixels show, and not only mixes."""
+    return np.asarray(np.bincount(found.label[found.is_pure], minlength=count) > 0)
+
+
+def _inks(words: list[list[_Mark]], paints: Paints, is_pure: Mask, tolerances: Tolerances) -> list[_Ink]:
     """Return the ink of each of the ``words``: a known paint that it nearly reaches, or its purest colour.
 
-    The purest colours of other words on the same ground are known too.
+    The purest colours of other words on the same ground are known too. A word whose marks agree on their purest colour
+    has that one, or a paint that ``is_pure`` [K], for what only mixes show may be any colour.
     """
     deepest = [max(word, key=lambda mark: mark.depth) for word in words]
-    values = paints.premultiplied()[paints.kind == FLAT]
-    known = {mark.ground: values for mark in deepest}
+    is_flat = paints.kind == FLAT
+    values = paints.premultiplied()
+    written = {mark.ground: np.zeros((0, 4), np.float32) for mark in deepest}
     inks: dict[int, _Ink] = {}
     for index in sorted(range(len(words)), key=lambda index: -deepest[index].depth):
-        mark = deepest[index]
-        inks[index] = _ink(mark, known[mark.ground], _nearness(words[index]), tolerances)
-        known[mark.ground] = np.concatenate([known[mark.ground], inks[index].value[None]])
+        mark, near = deepest[index], _nearness(words[index])
+        agrees = _agree_on_ink(words[index], tolerances)
+        known, others = values[is_flat & is_pure if agrees else is_flat], written[mark.ground]
+        nearness = np.repeat([near, max(near, LETTERING.pure_share) if agrees else near], [len(known), len(others)])
+        inks[index] = _ink(mark, np.concatenate([known, others]), nearness, tolerances)
+        written[mark.ground] = np.concatenate([others, inks[index].value[None]])
     return [inks[index] for index in range(len(words))]
+
+
+def _agree_on_ink(word: list[_Mark], tolerances: Tolerances) -> bool:
+    """Return whether several marks of a ``word`` have as pure pixels: strokes narrower than a pixel seldom agree."""
+    least = max(mark.depth for mark in word) - tolerances.paint
+    counts = [int((mark.height >= least).sum()) for mark in word]
+    return sum(counts) >= LETTERING.agreeing_pixels and sum(map(bool, counts)) >= LETTERING.agreeing_marks
 
 
 def _nearness(word: list[_Mark]) -> float:
@@ -291,8 +308,8 @@ def _nearness(word: list[_Mark]) -> float:
     return LETTERING.pure_share if is_sure else LETTERING.lone_ink_near
 
 
-def _ink(mark: _Mark, known: Floats32, near: float, tolerances: Tolerances) -> _Ink:
-    """Return the ink of ``mark``: a ``known`` premultiplied colour [K, 4] that it is ``near``, or its purest colour."""
+def _ink(mark: _Mark, known: Floats32, near: Floats, tolerances: Tolerances) -> _Ink:
+    """Return the ink of ``mark``: a ``known`` premultiplied colour [K, 4] that it is ``near`` [K], or its purest."""
     offset = known - mark.color
     depth = offset @ mark.direction
     rest = np.abs(offset - depth[:, None] * mark.direction).max(1)

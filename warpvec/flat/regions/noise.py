@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats32
+from warpvec.arrays import Floats32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.image import luma
 
@@ -81,8 +81,7 @@ def measure_noise(picture: Floats32) -> float:
         band = ~near
     if not band.any():
         return 0.0
-    difference = second_difference(luma)
-    is_murmur = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
+    difference, is_murmur = _murmurs(luma, band)
     quiet, loud = np.quantile(difference[band], [REGIONS.quiet_share, REGIONS.loud_share])
     murmurs = float(is_murmur[band].mean())
     if max(luma.shape) < REGIONS.murmur_side:
@@ -92,6 +91,20 @@ def measure_noise(picture: Floats32) -> float:
     ring = near & ~mixed
     rings = ring.any() and float(is_murmur[ring].mean()) > REGIONS.ring_share
     return REGIONS.noise_min if rings and murmurs > REGIONS.ring_murmur_share else 0.0
+
+
+def _murmurs(luma: Floats32, band: Mask) -> tuple[Floats32, Mask]:
+    """Return the second differences of ``luma`` [h, w], and where they murmur: more than rounding, less than an edge.
+
+    If nearly all that murmur in the ``band`` [h, w] are those of dithered ramps, these are taken for 0.
+    """
+    difference = second_difference(luma)
+    is_murmur = (difference > REGIONS.murmur[0]) & (difference < REGIONS.murmur[1])
+    is_dither = is_murmur & (_largest_step(luma) <= REGIONS.dither)
+    if is_dither[band].sum() > REGIONS.dither_share * is_murmur[band].sum():
+        is_murmur &= ~is_dither
+        difference[is_dither] = 0.0
+    return difference, is_murmur
 
 
 def luma_over_white(picture: Floats32) -> Floats32:
@@ -128,4 +141,15 @@ def second_difference(luma: Floats32) -> Floats32:
     result = np.zeros_like(luma)
     result[:, 1:-1] = np.abs(np.diff(luma, 2, axis=1))
     result[1:-1] = np.maximum(result[1:-1], np.abs(np.diff(luma, 2, axis=0)))
+    return result
+
+
+def _largest_step(luma: Floats32) -> Floats32:
+    """Return the largest difference from one of the four neighbours [h, w]."""
+    result = np.zeros_like(luma)
+    for axis in (0, 1):
+        step, along = np.abs(np.diff(luma, axis=axis)), np.moveaxis(result, axis, 0)
+        step = np.moveaxis(step, axis, 0)
+        along[1:] = np.maximum(along[1:], step)
+        along[:-1] = np.maximum(along[:-1], step)
     return result

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -151,6 +152,7 @@ def _find_ramps(
     """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
     limit = REGIONS.flat_deviation + REGIONS.noise_deviation * tolerances.noise
     area_min = REGIONS.noisy_ramp_area_min if tolerances.noise > 0 else REGIONS.ramp_area_min
+    least_of_small = math.inf if tolerances.noise > 0 else REGIONS.small_ramp_deviation
     ramps: dict[int, Ramp] = {}
     for index in sorted(range(len(areas)), key=lambda index: -len(areas[index])):
         if watch.is_over():
@@ -162,12 +164,14 @@ def _find_ramps(
         deviation = float(np.sqrt(((colors[few] - values[index])[:, :channels] ** 2).mean()))
         gain = REGIONS.shared_gain if len(pixels) >= REGIONS.shared_small * area_min else REGIONS.shared_small_gain
         ramp = _shared_ramp(ramps, few, colors[:, :channels], width, gain * deviation, limit)
-        if ramp is None and len(pixels) >= area_min and deviation > limit:
+        is_small = len(pixels) < area_min
+        if ramp is None and deviation > (least_of_small if is_small else limit):
             sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
             shown = colors[pixels, :channels].astype(np.float64)
             points = _points(pixels, width)
             ramp = fit_ramp(points, shown, _stop_limit(tolerances), sample)
             ramp = None if ramp is None else refitted(ramp, points, shown)
+            ramp = None if is_small and ramp is not None and ramp.error > limit else ramp
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps

@@ -9,7 +9,7 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
-from warpvec.flat.regions.assignment import Assignment, unmix
+from warpvec.flat.regions.assignment import Assignment, colors_of, unmix
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.paints import Paints
@@ -76,7 +76,7 @@ def _explain(
     known, own = _known_colors(paints), _own_colors(color, residual[few])
     values, metric = np.concatenate([known, own]), tolerances.thin_metric()
     shares = _shares_of(values, rows[few], columns[few], picture, assignment, paints, metric)
-    if _is_seam(shares, len(known), rows[few], columns[few], assignment, tolerances):
+    if _is_seam(shares, len(known), rows[few], columns[few], picture, assignment, paints, tolerances):
         return None
     value = values[_best_paint(values, len(known), shares, color, len(rows), tolerances)]
     chosen = _shares_of(value[None], rows, columns, picture, assignment, paints, metric)
@@ -134,15 +134,41 @@ def _shares_of(
 
 
 def _is_seam(
-    shares: _Shares, known_count: int, rows: Places, columns: Places, assignment: Assignment,
-    tolerances: Tolerances,
+    shares: _Shares, known_count: int, rows: Places, columns: Places, picture: Floats32, assignment: Assignment,
+    paints: Paints, tolerances: Tolerances,
 ) -> bool:  # fmt: skip
-    """Return whether an area lies between two regions, and what is behind both shines through the seam."""
+    """Return whether an area lies between two regions, and what is behind both shines through the seam.
+
+    That is one of the first ``known_count`` paints of the ``shares``, or a ramp that goes on behind both.
+    """
     between = assignment.label[rows, columns] != assignment.other[rows, columns]
     if between.mean() < REGIONS.seam_part:
         return False
-    thin = (shares.third_rest <= tolerances.mix) & (shares.third <= REGIONS.far_share_max)
-    return bool((thin.mean(0)[:known_count] >= REGIONS.seam_part).any())
+    if _shines_through(shares.third[:, :known_count], shares.third_rest[:, :known_count], tolerances):
+        return True
+    third, rest = _ramp_shares(rows, columns, picture, assignment, paints, tolerances)
+    return _shines_through(third, rest, tolerances)
+
+
+def _shines_through(third: Floats32, rest: Floats32, tolerances: Tolerances) -> bool:
+    """Return whether one of M paints shines through a seam, by its share of N pixels [N, M] and what is left [N, M]."""
+    thin = (rest <= tolerances.mix) & (third <= REGIONS.far_share_max)
+    return bool((thin.mean(0) >= REGIONS.seam_part).any())
+
+
+def _ramp_shares(
+    rows: Places, columns: Places, picture: Floats32, assignment: Assignment, paints: Paints, tolerances: Tolerances
+) -> tuple[Floats32, Floats32]:
+    """Return the shares [N, R] of the R ramps of ``paints`` in N pixels beside their two regions, and what is left."""
+    ramps = np.nonzero(paints.kind != FLAT)[0].astype(np.int32)
+    label, other = (np.repeat(side[rows, columns], len(ramps)) for side in (assignment.label, assignment.other))
+    behind = np.tile(ramps, len(rows))
+    candidates = np.stack([behind, label, other], 1).astype(np.int32)
+    y, x = (np.repeat(place, len(ramps)).astype(np.int32) for place in (rows, columns))
+    color, values = colors_of(candidates, y, x, picture, paints, tolerances.thin_metric())
+    three, rest = triple_shares(color, values)
+    rest = np.where((three >= 0).all(1), rest, np.inf)
+    return three[:, 0].reshape(len(rows), -1), rest.reshape(len(rows), -1)
 
 
 def _best_paint(
