@@ -69,8 +69,8 @@ def test_dot_of_an_i_stays_though_it_has_hardly_a_pixel_of_ink() -> None:
 
 def test_dot_between_two_words_is_a_mark_of_their_line() -> None:
     """It is a space away from both, and has no pixel of their ink."""
-    dot = letters(box(33.5, 18.0, 34.6, 19.0))
-    covered = letters(STEM, BAR) + letters(box(40.0, 12.0, 42.0, 24.0)) + dot
+    dot = letters(box(37.5, 18.0, 38.6, 19.1))
+    covered = letters(STEM, BAR) + letters(box(47.5, 12.0, 49.5, 24.0)) + dot
     assert np.abs(ink_in(regions_on_white(covered)) - covered).max() < 0.02
 
 
@@ -78,7 +78,7 @@ def test_color_that_only_mixed_pixels_show_is_no_ink_of_a_word() -> None:
     """The ring beside the word is darker than its ink, but has no pixel of its own colour."""
     words = letters(box(20.0, 12.0, 21.0, 24.0), BAR) + letters(box(31.0, 12.0, 32.0, 24.0))
     far = coverage(lambda u, v: np.abs(np.hypot(u - 46.3, v - 46.4) - 6.0) < 0.4, SIDE, SIDE)
-    regions = regions_on_white(0.6 * words + 0.7 * far)
+    regions = regions_on_white(0.6 * words + 0.8 * far)
     assert regions.paints.color[regions.label[14, 20], 0] == pytest.approx(0.4, abs=0.01)
 
 
