@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import torch
 
 import warpvec
 from warpvec.condition.condition import Condition
 from warpvec.drawing.not_kept import LEGIBLE_HEIGHT, not_kept
 from warpvec.flat.constants.lettering import LETTERING
+from warpvec.geometry.softness import Softness
 
 RAMP = np.full((32, 32, 3), 255, np.uint8)
 QUICK = {"threads": 1, "iterations": 2}
@@ -22,6 +24,9 @@ def test_what_settings_cost_is_said() -> None:
     assert flat.metrics["not_kept"] == {"shades": "1 gradient, one colour each"}
     photo = warpvec.vectorize(RAMP, mode="photo", curves=2, **QUICK)
     assert set(photo.metrics["not_kept"]) == {"shades", "texture"}
+    scene = photo.drawing.scene
+    soft = replace(photo.drawing, scene=replace(scene, softness=Softness(torch.ones(len(scene)))))
+    assert not_kept(soft)["shades"].endswith("but for 2 soft paths")
     assert not_kept(replace(photo.drawing, start_psnr=20.0)) == {}  # it was refined
 
 

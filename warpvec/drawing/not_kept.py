@@ -59,8 +59,11 @@ def _shades(drawing: Drawing) -> str | None:
     count = drawing.roughly.get("gradient", 0)
     if count:
         return f"{counted(count, 'gradient')}, one colour each"
-    is_stepped = drawing.encoding.settings.mode == "photo" and drawing.scene.gradients is None
-    return "smooth shades, which are steps of one colour each" if is_stepped else None
+    if drawing.encoding.settings.mode != "photo" or drawing.scene.gradients is not None:
+        return None
+    soft_count = drawing.scene.soft_count
+    but = f" but for {counted(soft_count, 'soft path')}" if soft_count else ""
+    return f"smooth shades, which are steps of one colour each{but}"
 
 
 def _texture(drawing: Drawing) -> str | None:
