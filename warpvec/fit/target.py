@@ -264,8 +264,9 @@ class Target:
 
     def _differences(self, scene: Scene) -> Iterator[Tensor]:
         """Yield ``scene``, over each matte if there are any, less what it is compared with [h, w, 3]."""
-        for aim, (_, matte) in zip(self._aims, self._views, strict=True):
-            yield self._blurred(self._renderer.render(_over(scene, matte))) - aim
+        backgrounds = [scene.background if matte is None else matte for _, matte in self._views]
+        for aim, image in zip(self._aims, self._renderer.render_over(scene, backgrounds), strict=True):
+            yield self._blurred(image) - aim
 
     def _blurred(self, image: Tensor) -> Tensor:
         return image if self.blur is None else self.blur(image)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -112,7 +112,15 @@ class TileRenderer(ABC):
 
     def render(self, scene: Scene) -> Tensor:
         """Return the image [h, w, 3]."""
-        hits = self._cover(scene)
+        return self._composite(self._cover(scene))
+
+    def render_over(self, scene: Scene, backgrounds: Sequence[Tensor]) -> Iterator[Tensor]:
+        """Yield the image [h, w, 3] over each of the ``backgrounds`` [3]; each path is covered once for all of them."""
+        binning, visible, winding, paint = self._cover(scene)
+        for background in backgrounds:
+            yield self._composite((binning, visible, winding, paint.over(background, self._lanes)))
+
+    def _composite(self, hits: Hits) -> Tensor:
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         self._compositing.run(*hits, tiles)
         return from_tiles(tiles, self.grid)
