@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -133,6 +133,23 @@ class TileRenderer(ABC):
         self._compositing.adjoint(*hits, reference, self._paint_adjoints(adjoints, adjoints.opacity))
         self._collect(scene, adjoints)
         return adjoints
+
+    def adjoints_over(self, scene: Scene, views: Iterable[tuple[Tensor, Tensor]]) -> Iterator[Adjoints]:
+        """Yield what `adjoint` returns for several ``views``: dL/d(image) [h, w, 3], and its background [3].
+
+        Each path is covered once for all of them. Nothing else may be drawn before the last one is taken.
+        """
+        binning, visible, winding, paint = self._cover(scene)
+        coverage = wp.to_torch(winding)
+        covered = coverage.clone()
+        for adj_image, background in views:
+            coverage.copy_(covered)
+            adjoints = self.make_adjoints(scene)
+            into = self._paint_adjoints(adjoints, adjoints.opacity)
+            reference = to_tiles(adj_image.to(self.dtype), self.grid)
+            self._compositing.adjoint(binning, visible, winding, paint.over(background, self._lanes), reference, into)
+            self._collect(scene, adjoints)
+            yield adjoints
 
     def prepare_target(self, target: Tensor, shift: Tensor | None = None) -> Tensor:
         """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes.
