@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from warpvec.flat.cutting import arrangement
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.noding import Chords, noded
+from warpvec.flat.drawing import watch_for_cutting
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.svg.measure import draw
@@ -170,6 +171,16 @@ def test_cutting_takes_fewer_steps_once_the_time_is_over(monkeypatch: pytest.Mon
     in_time, late = counts[0], counts[-1]
     assert late < 0.5 * in_time
     assert _areas(cut.scene).sum() == pytest.approx(SIDE * SIDE, rel=1e-4)
+
+
+def test_very_many_coordinates_are_cut_as_if_late_once_little_time_is_left() -> None:
+    few = _scene(STACK)
+    many = few.select(torch.zeros(1000, dtype=torch.int64))
+    watch = Watch(time_budget=100.0)
+    assert not watch_for_cutting(watch, many).is_over()
+    watch.resume(70.0)
+    assert watch_for_cutting(watch, many).is_over()
+    assert not watch_for_cutting(watch, few).is_over()
 
 
 def test_many_wild_paths_tile_the_canvas() -> None:

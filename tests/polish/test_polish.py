@@ -83,6 +83,32 @@ def test_what_folds_goes_no_farther(monkeypatch: pytest.MonkeyPatch, values: int
     assert _psnr(kept, picture) > _psnr(_polished(picture, start, 0), picture) + 2.0
 
 
+def test_what_is_folded_before_a_step_does_not_hold_it_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here the first segment stands for a fold that no step can undo."""
+    looks = []
+
+    def see(_: folds.FoldGuard, x: Tensor) -> Tensor:
+        looks.append(x)
+        return torch.arange(4) == 0
+
+    right = _scene("M8 8 H48 V50 L10 56z")
+    picture, start = _picture(right), _scene("M9 9 H46 V46 L12 52z")
+    monkeypatch.setattr(folds.FoldGuard, "folds", see)
+    monkeypatch.setattr(folds.FoldGuard, "unfolded", lambda _, x: (x, None))
+    found = _polished(picture, start, 12)
+    assert len(looks) <= 4 * found.iterations
+    assert torch.equal(found.scene.segments[0, 0], start.segments[0, 0])
+    assert _psnr(found, picture) > _psnr(_polished(picture, start, 0), picture)
+
+
+def test_a_fit_ends_where_nothing_is_left_to_gain() -> None:
+    """The steps of one that starts at its end gain hardly anything, or fail."""
+    picture = _picture(_scene(RING)).mul(255.0).round() / 255.0
+    found = _polished(picture, _scene("M12 32 C12 20 20 12 32 12 C44 12 54 20 54 32 C54 44 44 54 32 54 C20 54 12 44 "
+                                      "12 32z"), 60)  # fmt: skip
+    assert _polished(picture, found.scene, 60).iterations <= 4
+
+
 def test_steps_start_anew_from_the_best_while_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
     starts: list[float] = []
 

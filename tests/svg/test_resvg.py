@@ -152,6 +152,19 @@ def test_the_child_process_draws_the_same():
     assert np.array_equal(draw(svg_file(path + "<switch/>"), transparent=True), draw(svg_file(path), transparent=True))
 
 
+def test_the_same_text_is_drawn_in_one_child(monkeypatch):
+    started = []
+    monkeypatch.setattr(
+        resvg, "run_in_sandbox", lambda *work, **_: started.append(work) or run.run_in_sandbox(*work, **_)
+    )
+    svg = svg_file("<switch/><!-- drawn again -->")
+    first = draw(svg)
+    first[:] = 0
+    assert draw(svg).any()
+    draw(svg, transparent=True)
+    assert len(started) == 2
+
+
 def test_the_child_process_opens_no_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     photo = tmp_path / "p.png"

@@ -108,8 +108,10 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 def test_parts_share_the_time_of_the_run(clock: list[float]) -> None:
     watch = Watch(time_budget=10.0)
     assert watch.part(share=0.3).time_budget == pytest.approx(3.0)
+    assert watch.part(left=0.4).time_budget == pytest.approx(6.0)
     clock[0] += 8.0
     assert watch.part(share=0.3).time_budget == pytest.approx(2.0)
+    assert watch.part(left=0.4).time_budget == watching.SECONDS_LEAST
     assert watch.has_time_for(0.2) and not watch.has_time_for(0.21)
     last = watch.part()
     clock[0] += 3.0

@@ -209,13 +209,20 @@ def _is_explained(along: Lines, across: Lines, sizes: tuple[int, int], kernel: s
 def _is_exact(lines: Lines, size: int, kernel: str) -> bool:
     """Return whether an enlargement from ``size`` leaves no more of clean lines than rounding does."""
     limit = CONDITION.clean_levels if kernel == NEAREST else CONDITION.clean_rest_max
-    whole = lines.unexplained(size, kernel)
-    return whole <= CONDITION.clean_whole_rest_max and lines.unexplained(size, kernel, True) <= limit
+    return _may_be_exact(lines, size, kernel) and lines.unexplained(size, kernel, True) <= limit
+
+
+def _may_be_exact(lines: Lines, size: int, kernel: str) -> bool:
+    """Return whether `_is_exact` may say so, by what is unexplained with nothing cut off."""
+    return lines.unexplained(size, kernel) <= CONDITION.clean_whole_rest_max
 
 
 def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
     """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
-    name = kernel or min([NEAREST, *KERNELS], key=lambda each: along.unexplained(size, each, True))
+    names = [NEAREST, *KERNELS] if kernel is None else [kernel]
+    if along.is_clean and across.is_clean and not any(_may_be_exact(along, size, each) for each in names):
+        return None  # what is cut off takes longer to see
+    name = min(names, key=lambda each: along.unexplained(size, each, True)) if kernel is None else kernel
     limit = CONDITION.nearest_dip_max if name == NEAREST else CONDITION.dip_max
     if name == NEAREST and along.length % size:
         return None  # squares of unequal sizes are as likely the edges of a drawing

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor
 from torch.nn.functional import avg_pool2d
@@ -173,16 +174,18 @@ class Target:
             adjoints = self.fit_step(scene, False)
         return adjoints
 
-    def random_adjoints(self, scene: Scene, generator: torch.Generator) -> Iterator[Adjoints]:
-        """Yield the adjoints of ``scene`` for an image of random signs, over each matte if there are any.
+    def random_adjoints(self, scene: Scene, generator: torch.Generator, count: int) -> Iterator[Adjoints]:
+        """Yield the adjoints of ``scene`` for ``count`` images of random signs, over each matte if there are any.
 
         They are scaled so that the sum of their squares over the mattes is, like the loss, a mean over these.
         """
+        return self._renderer.adjoints_over(scene, self._random_views(scene, generator, count))
+
+    def _random_views(self, scene: Scene, generator: torch.Generator, count: int) -> Iterator[tuple[Tensor, Tensor]]:
         shape, share = self._views[0][0].shape, len(self._views) ** -0.5
-        for _, matte in self._views:
-            signs = torch.randint(0, 2, shape, generator=generator, dtype=torch.int8).to(scene.segments)
-            adj_image = share * (2.0 * signs - 1.0)
-            yield self._renderer.adjoint(_over(scene, matte), self._blurred(adj_image))
+        for _, matte in count * self._views:
+            signs = _random_bits(shape, generator).to(scene.segments).mul_(2.0 * share).sub_(share)
+            yield self._blurred(signs), scene.background if matte is None else matte
 
     def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
         """Yield how pixels change with the paints and the windings of the paths of ``scene``, some tiles at a time.
@@ -264,11 +267,19 @@ class Target:
 
     def _differences(self, scene: Scene) -> Iterator[Tensor]:
         """Yield ``scene``, over each matte if there are any, less what it is compared with [h, w, 3]."""
-        for aim, (_, matte) in zip(self._aims, self._views, strict=True):
-            yield self._blurred(self._renderer.render(_over(scene, matte))) - aim
+        backgrounds = [scene.background if matte is None else matte for _, matte in self._views]
+        for aim, image in zip(self._aims, self._renderer.render_over(scene, backgrounds), strict=True):
+            yield self._blurred(image) - aim
 
     def _blurred(self, image: Tensor) -> Tensor:
         return image if self.blur is None else self.blur(image)
+
+
+def _random_bits(shape: torch.Size, generator: torch.Generator) -> Tensor:
+    """Return random numbers of 0 and 1 [*shape] (uint8), eight from each number of the ``generator``."""
+    count = shape.numel()
+    eights = torch.randint(0, 256, (-(-count // 8),), generator=generator, dtype=torch.uint8)
+    return torch.from_numpy(np.unpackbits(eights.numpy())[:count]).view(shape)
 
 
 def blurred_step(

@@ -197,21 +197,25 @@ class FlatDrawing:
 
     def _is_late(self, scene: Scene) -> bool:
         """Return whether the time is over, or too short for a step with the very many coordinates of ``scene``."""
-        has_many = scene.segments.numel() > DRAWING.many_values
-        return self.watch.ahead(DRAWING.share_after_long_steps if has_many else 0.0).is_over()
+        share = DRAWING.share_after_long_steps if _has_many_values(scene) else 0.0
+        return self.watch.ahead(max(share, self._share_after(scene))).is_over()
+
+    def _share_after(self, scene: Scene) -> float:
+        """Return the share of a time budget that must be left after the fits of ``scene``."""
+        return DRAWING.share_for_cutting if self.config.cutout and _has_many_values(scene) else 0.0
 
     def _polished(self, scene: Scene, iterations: int) -> Scene:
         if not len(scene) or self._is_late(scene):
             return scene
         is_small = len(scene) <= PATHS_EXACT_MAX and scene.segments.numel() <= SIMPLIFICATION.values_exact_max
-        if scene.segments.numel() > DRAWING.many_values:
+        if _has_many_values(scene):
             iterations //= 2
         steps = iterations if is_small else DRAWING.gradient_steps * iterations
         count = min(steps, self.config.iterations)
         planned = max(DRAWING.first_iterations + DRAWING.last_iterations, self.watch.iterations + count)
         return polish(
-            self.critic.target, scene, self.config, self.watch.part(planned=planned), iterations=count,
-            values_exact_max=SIMPLIFICATION.values_exact_max,
+            self.critic.target, scene, self.config, self.watch.part(planned=planned, left=self._share_after(scene)),
+            iterations=count, values_exact_max=SIMPLIFICATION.values_exact_max,
         ).scene  # fmt: skip
 
     def _repainted(self, regions: Regions) -> Regions:
@@ -238,3 +242,12 @@ class FlatDrawing:
         canvas = traced.background
         background = canvas if bool((scene.background - canvas).abs().amax() <= snap) else scene.background
         return replace(scene, color=torch.where(is_near[:, None], color, scene.color), background=background)
+
+
+def watch_for_cutting(watch: Watch, scene: Scene) -> Watch:
+    """Return the watch for cutting ``scene``: one of very many coordinates is cut as if late, unless time is left."""
+    return watch.ahead(DRAWING.share_for_cutting) if _has_many_values(scene) else watch
+
+
+def _has_many_values(scene: Scene) -> bool:
+    return scene.segments.numel() > DRAWING.many_values

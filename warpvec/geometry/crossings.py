@@ -50,9 +50,11 @@ def crossings_of_rows(scene: Scene, is_counted: Tensor | None = None) -> Tensor:
         scene: the drawing, in pixels.
         is_counted: paths [N] (bool) to look at, by default all; segments of others get 0.
     """
-    chords = _Chords(scene)
     found = np.zeros(len(scene.segments), np.int64)
     looked_at = np.ones(len(scene), np.bool_) if is_counted is None else is_counted.cpu().numpy()
+    if not looked_at.any():
+        return torch.from_numpy(found).to(scene.segments.device)
+    chords = _Chords(scene)
     for one, other in chords.pairs(looked_at):
         low, high = chords.crossings(one, other)
         counted = chords.is_visible(low, high)

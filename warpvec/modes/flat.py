@@ -15,7 +15,7 @@ from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.cutting.cutout import cut_out
-from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.drawing import FlatDrawing, watch_for_cutting
 from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.geometry.scene import Scene
 from warpvec.goals.search import meet
@@ -145,7 +145,7 @@ def _without_overlaps(scene: Scene, encoding: Encoding, watch: Watch) -> tuple[S
     """Return ``scene`` without overlaps, with points where the file has ticks, and the number of parts left out."""
     size = encoding.picture.reduced_size
     ticks = [side / whole / 10**encoding.precision for side, whole in zip(size, encoding.size, strict=True)]
-    cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]), watch)
+    cut = cut_out(scene, size[1], size[0], (ticks[1], ticks[0]), watch_for_cutting(watch, scene))
     parts = {"hidden path": cut.hidden_count, "sliver": cut.sliver_count, "translucent fill": cut.blended_count}
     parts["blur"] = cut.sharpened_count
     return cut.scene, parts

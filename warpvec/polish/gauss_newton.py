@@ -11,6 +11,7 @@ taken by curves, four points and a width each, of which there are few; then the 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from torch import Tensor
 
@@ -38,41 +39,48 @@ def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_ma
     for part in target.pixel_slopes(scene):
         outlines.add(part)
         paints.add(part)
-    at_pixels = [paints.at_pixels(channel) for channel in range(3)]
-    stacked = sparse.vstack(at_pixels, "csr")
     by_values = _row_derivative(variables, scene, x, held, paints.value_count)
-    first = 6 * len(path)
-    offset = sparse.csr_matrix(
-        (np.ones(paints.value_count), first + np.arange(paints.value_count), np.arange(paints.value_count + 1)),
-        shape=(paints.value_count, by_values.shape[1]),
-    )
-    mixed = by_values.T @ (outlines.products(at_pixels) @ offset)
-    own = offset.T @ ((stacked.T @ stacked + paints.elsewhere()) @ offset)
-    total = by_values.T @ (outlines.squares() @ by_values) + mixed + mixed.T + own
-    return (2.0 * target.error_scale * total).tocsc()
+    first, count = 6 * len(path), by_values.shape[1]
+    by_paints = _among(paints.at_pixels(), first, count)
+    half = by_values.T.tocsr() @ (outlines.half_squares() @ by_values + outlines.products(by_paints))
+    own = by_paints.T.tocsr() @ by_paints + paints.elsewhere(first, count)
+    return (2.0 * target.error_scale * (half + half.T.tocsr() + own)).tocsc()
+
+
+def _among(slopes: sparse.csr_matrix, first: int, count: int) -> sparse.csr_matrix:
+    """Return ``slopes`` [P, V] as columns of ``count`` values, from the column ``first`` on."""
+    return sparse.csr_matrix((slopes.data, slopes.indices + first, slopes.indptr), shape=(slopes.shape[0], count))
 
 
 def _row_derivative(variables: Variables, scene: Scene, x: Tensor, held: Tensor, paint_count: int) -> sparse.csr_matrix:
     """Return the derivative of the values of all rows by those of the drawing [9 R, K]; see `CURVE_VALUES`."""
-    path = scene.structure.segment_path.cpu().numpy()
-    found = variables.point_derivative(x, held).tocoo()
-    parts = [(_row_places(found.row), found.col, found.data)]
-    count = found.shape[1] + paint_count
+    by_points = variables.point_derivative(x, held)
+    first_width = by_points.shape[1] + paint_count
+    first_form = first_width
     if scene.strokes is not None:
-        rows = np.arange(len(path))
-        parts.append((CURVE_VALUES * rows + CURVE_VALUES - 1, count + path, np.ones(len(path))))
-        count += len(scene)
+        first_form += len(scene)
     if scene.softness is not None:  # left out of the matrix, as are the outlines of soft paths
-        count += len(scene)
+        first_form += len(scene)
     by_forms = variables.form_derivative(x)
-    if by_forms is not None:
-        found = by_forms.tocoo()
-        parts.append((_row_places(found.row), count + found.col, found.data))
-        count += found.shape[1]
-    row, column, value = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-    return sparse.csr_matrix((value, (row, column)), shape=(CURVE_VALUES * len(path), count))
+    count = first_form if by_forms is None else first_form + by_forms.shape[1]
+    widths = None if scene.strokes is None else first_width + scene.structure.segment_path.cpu().numpy()
+    total = _of_rows(by_points, 0, count, widths)
+    return total if by_forms is None else total + _of_rows(by_forms, first_form, count)
 
 
-def _row_places(coordinates: np.ndarray) -> np.ndarray:
-    """Return the places among the values of all rows of the ``coordinates`` of their curves, eight for each row."""
-    return coordinates // 8 * CURVE_VALUES + coordinates % 8
+def _of_rows(
+    by_curves: sparse.csr_matrix, first: int, count: int, widths: NDArray[np.int32] | None = None
+) -> sparse.csr_matrix:
+    """Return the derivative of the values of all rows [9 R, K] by ``count`` values.
+
+    Args:
+        by_curves: of the coordinates of their curves, eight for each row [8 R, V], by the values from ``first`` on.
+        widths: the value that is the width of each row [R]; None for none.
+    """
+    values, columns, ends = by_curves.data, by_curves.indices + first, by_curves.indptr[8::8]
+    if widths is not None:
+        values, columns = np.insert(values, ends, 1.0), np.insert(columns, ends, widths)
+    sizes = np.diff(by_curves.indptr).reshape(-1, CURVE_VALUES - 1)
+    sizes = np.column_stack([sizes, np.full(len(sizes), 0 if widths is None else 1)])
+    bounds = np.append(0, np.cumsum(sizes))
+    return sparse.csr_matrix((values, columns, bounds), shape=(sizes.size, count))

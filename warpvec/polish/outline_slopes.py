@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -61,14 +63,14 @@ class OutlineSlopes:
         found = part.slopes[hit, :, place] * self._scale
         self._by_winding[first:last] = np.where(is_known[:, None], found, 0.0)
 
-    def squares(self) -> sparse.csr_matrix:
-        """Return the Gauss-Newton matrix of the values of all rows [9 R, 9 R]."""
+    def half_squares(self) -> sparse.csr_matrix:
+        """Return half of the Gauss-Newton matrix of the values of all rows [9 R, 9 R]; its transpose is the other."""
         count, starts, ends, weights = len(self._place), [], [], []
         for gap in range(count):  # to the next curves that cross the same pixel
             first = np.flatnonzero(self._place[gap:] == self._place[: count - gap])
             if not len(first):
                 break
-            share = 1.0 if gap else 0.5  # the other half comes from the transposed matrix
+            share = 1.0 if gap else 0.5
             weights.append(share * (self._by_winding[first] * self._by_winding[first + gap]).sum(1))
             starts.append(first)
             ends.append(first + gap)
@@ -76,18 +78,20 @@ class OutlineSlopes:
             return sparse.csr_matrix((CURVE_VALUES * self._row_count,) * 2)
         where = (np.concatenate(starts), np.concatenate(ends))
         pairs = sparse.csr_matrix((np.concatenate(weights), where), shape=(count, count))
-        half = self._windings.T @ (pairs @ self._windings)
-        return (half + half.T).tocsr()
+        return self._by_rows @ (pairs @ self._windings)
 
-    def products(self, paints: list[sparse.csr_matrix]) -> sparse.csr_matrix:
-        """Return the same of the values of rows and of paints [9 R, V].
+    def products(self, paints: sparse.csr_matrix) -> sparse.csr_matrix:
+        """Return the same of the values of rows and of other values [9 R, V].
 
         Args:
-            paints: derivatives of red, green and blue of the crossed pixels by the paints, each [P, V].
+            paints: derivatives of red, then of green, then of blue of the crossed pixels by these values [3 P, V].
         """
-        total = sparse.csr_matrix((len(self._place), paints[0].shape[1]))
-        for channel, slopes in enumerate(paints):
-            own = slopes[self._place]
-            own.data *= np.repeat(self._by_winding[:, channel], np.diff(own.indptr))
-            total = total + own
-        return self._windings.T @ total
+        count, channels = len(self._place), np.arange(3)
+        where = (self._place[:, None] + len(self.pixels) * channels).ravel()
+        own = (self._by_winding[:, :3].ravel(), where, 3 * np.arange(count + 1))
+        by_channels = sparse.csr_matrix(own, shape=(count, 3 * len(self.pixels)))
+        return self._by_rows @ (by_channels @ paints)
+
+    @cached_property
+    def _by_rows(self) -> sparse.csr_matrix:
+        return self._windings.T.tocsr()

@@ -83,8 +83,11 @@ class PaintSlopes:
         for own in np.unique(part.path[self._is_ramp[part.path]]):
             self._add_gradient(own, part, is_crossed)
 
-    def elsewhere(self) -> sparse.csr_matrix:
-        """Return the Gauss-Newton matrix [V, V] of the other pixels. It ignores that paths overlap there."""
+    def elsewhere(self, first: int, count: int) -> sparse.csr_matrix:
+        """Return the Gauss-Newton matrix of the other pixels. It ignores that paths overlap there.
+
+        Its rows and columns are those of ``count`` values, of which the paints are those from ``first`` on.
+        """
         flat = np.flatnonzero(self._kind == FLAT)
         colors = (3 * flat[:, None] + np.arange(3)).ravel()
         background = 4 * self._count + np.arange(3)
@@ -94,24 +97,30 @@ class PaintSlopes:
             rows.append(np.repeat(indices, len(indices)))
             columns.append(np.tile(indices, len(indices)))
             values.append(block.ravel())
-        where = (np.concatenate(rows), np.concatenate(columns))
-        return sparse.csr_matrix((np.concatenate(values), where), shape=(self.value_count,) * 2)
+        where = (first + np.concatenate(rows), first + np.concatenate(columns))
+        return sparse.csr_matrix((np.concatenate(values), where), shape=(count, count))
 
-    def at_pixels(self, channel: int) -> sparse.csr_matrix:
-        """Return the derivative of one channel of ``pixels`` by the paints [P, V]."""
+    def at_pixels(self) -> sparse.csr_matrix:
+        """Return the derivative of ``pixels`` by the paints [3 P, V]: first of red, then of green, then of blue."""
         pixel, path, share = self._shares
         flat = self._kind[path] == FLAT
         seen = np.flatnonzero(self._open > SHARE_MIN)
-        rows, columns = [pixel[flat], seen], [3 * path[flat] + channel, np.full(len(seen), 4 * self._count + channel)]
-        values = [share[flat], self._open[seen]]
-        for own, rows_here, share_here, ramp in self._crossed_ramps:
-            for index, value in self._columns(own, channel, share_here, ramp):
-                kept = np.abs(value) > SHARE_MIN
-                rows.append(rows_here[kept])
-                columns.append(np.full(int(kept.sum()), index))
-                values.append(value[kept])
+        rows: list[NDArray[np.int64]] = []
+        columns: list[NDArray[np.int64]] = []
+        values: list[Values] = []
+        for channel in range(3):
+            first = channel * len(self._pixels)
+            rows += [first + pixel[flat], first + seen]
+            columns += [3 * path[flat] + channel, np.full(len(seen), 4 * self._count + channel)]
+            values += [share[flat], self._open[seen]]
+            for own, rows_here, share_here, ramp in self._crossed_ramps:
+                for index, value in self._columns(own, channel, share_here, ramp):
+                    kept = np.abs(value) > SHARE_MIN
+                    rows.append(first + rows_here[kept])
+                    columns.append(np.full(int(kept.sum()), index))
+                    values.append(value[kept])
         where = (np.concatenate(rows), np.concatenate(columns))
-        return sparse.csr_matrix((np.concatenate(values), where), shape=(len(self._pixels), self.value_count))
+        return sparse.csr_matrix((np.concatenate(values), where), shape=(3 * len(self._pixels), self.value_count))
 
     @cached_property
     def _shares(self) -> _Shares:

@@ -133,9 +133,8 @@ class Variables:
         """
         total = torch.zeros_like(x)
         scene, segments = self._shown(x)
-        for _ in range(probes):
-            for adjoints in self.target.random_adjoints(scene, generator):
-                total += self._gradient(segments, adjoints, keep=True).square()
+        for adjoints in self.target.random_adjoints(scene, generator, probes):
+            total += self._gradient(segments, adjoints, keep=True).square()
         total *= 2.0 * self.target.error_scale / probes
         parts = self._of(total)
         first, last = 8 + len(stop_parts(self._scene.gradients)), len(parts) - (self._scene.forms is not None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -112,7 +112,15 @@ class TileRenderer(ABC):
 
     def render(self, scene: Scene) -> Tensor:
         """Return the image [h, w, 3]."""
-        hits = self._cover(scene)
+        return self._composite(self._cover(scene))
+
+    def render_over(self, scene: Scene, backgrounds: Sequence[Tensor]) -> Iterator[Tensor]:
+        """Yield the image [h, w, 3] over each of the ``backgrounds`` [3]; each path is covered once for all of them."""
+        binning, visible, winding, paint = self._cover(scene)
+        for background in backgrounds:
+            yield self._composite((binning, visible, winding, paint.over(background, self._lanes)))
+
+    def _composite(self, hits: Hits) -> Tensor:
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         self._compositing.run(*hits, tiles)
         return from_tiles(tiles, self.grid)
@@ -125,6 +133,23 @@ class TileRenderer(ABC):
         self._compositing.adjoint(*hits, reference, self._paint_adjoints(adjoints, adjoints.opacity))
         self._collect(scene, adjoints)
         return adjoints
+
+    def adjoints_over(self, scene: Scene, views: Iterable[tuple[Tensor, Tensor]]) -> Iterator[Adjoints]:
+        """Yield what `adjoint` returns for several ``views``: dL/d(image) [h, w, 3], and its background [3].
+
+        Each path is covered once for all of them. Nothing else may be drawn before the last one is taken.
+        """
+        binning, visible, winding, paint = self._cover(scene)
+        coverage = wp.to_torch(winding)
+        covered = coverage.clone()
+        for adj_image, background in views:
+            coverage.copy_(covered)
+            adjoints = self.make_adjoints(scene)
+            into = self._paint_adjoints(adjoints, adjoints.opacity)
+            reference = to_tiles(adj_image.to(self.dtype), self.grid)
+            self._compositing.adjoint(binning, visible, winding, paint.over(background, self._lanes), reference, into)
+            self._collect(scene, adjoints)
+            yield adjoints
 
     def prepare_target(self, target: Tensor, shift: Tensor | None = None) -> Tensor:
         """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes.

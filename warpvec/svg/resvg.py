@@ -8,6 +8,7 @@ there is, or fail an assertion that ends the process.
 from __future__ import annotations
 
 import io
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,9 @@ from warpvec.sandbox.run import SandboxError, run_in_sandbox
 
 _BAND_PIXELS = 4_000_000
 """Pixels of a drawing that are converted at a time."""
+
+_KEPT_MAX = 2**20
+"""Longest text in characters whose drawing is kept for the next call."""
 
 # The fonts of the system are not loaded: that takes time, they differ between machines, and paths need none.
 _OPTIONS = {"dpi": 96, "skip_system_fonts": True}
@@ -66,10 +70,19 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
+    draw = _draw_again if len(text) <= _KEPT_MAX else _drawn_in_sandbox
+    return draw(text, tuple(options.items()))
+
+
+def _drawn_in_sandbox(text: str, options: tuple[tuple[str, Any], ...]) -> bytes:
     try:
-        return run_in_sandbox("warpvec.svg.resvg_work", text.encode(), **options)
+        return run_in_sandbox("warpvec.svg.resvg_work", text.encode(), **dict(options))
     except SandboxError as error:
         raise _refusal(str(error)) from None
+
+
+_draw_again = lru_cache(maxsize=1)(_drawn_in_sandbox)
+"""Keeps the last drawing: a run measures its file several times, and a child process takes a tenth of an icon's fit."""
 
 
 def _refusal(reason: str) -> InputError:

@@ -117,15 +117,16 @@ class Watch:
         """Number of iterations of all parts so far."""
         return sum(part.iterations for part in self._parts)
 
-    def part(self, *, planned: int | None = None, share: float = 1.0) -> Part:
+    def part(self, *, planned: int | None = None, share: float = 1.0, left: float = 0.0) -> Part:
         """Begin a part of the run.
 
         Args:
             planned: number of iterations of the run as far as it is planned. The part then shows its iterations as a
                 continuation of the parts before. None: it shows its own numbers.
             share: largest share of the whole time budget that the part may take.
+            left: share of it that must be left for what comes later.
         """
-        part = Part(self, self._part_budget(share), self.iterations, planned)
+        part = Part(self, self._part_budget(share, left), self.iterations, planned)
         self._parts.append(part)
         return part
 
@@ -143,10 +144,10 @@ class Watch:
         interrupted = self.is_stopped() or any(part.interrupted for part in self._parts)
         return RunFacts(history, self.iterations, self.seconds(), interrupted)
 
-    def _part_budget(self, share: float) -> float | None:
+    def _part_budget(self, share: float, left: float = 0.0) -> float | None:
         if self._time_budget is None:
             return None
-        return max(min(self.seconds_left(), share * self._time_budget), SECONDS_LEAST)
+        return max(min(self.seconds_left() - left * self._time_budget, share * self._time_budget), SECONDS_LEAST)
 
 
 class Part:

@@ -24,6 +24,10 @@ class DrawingConstants:
     """Share of a time budget that must be left for a fit of so many coordinates, or for the search for paths that it
     does not need: one step of either with a Hilbert curve of 84,000 segments takes one to two seconds."""
 
+    share_for_cutting: float = 0.4
+    """Share of a time budget that must be left after the fits of so many coordinates to cut them apart, and to cut them
+    with care: a spiral of 42,000 coordinates takes 6 seconds with care, and 2 without."""
+
     gradient_steps: int = 6
     """Steps by gradients alone, with which large drawings are fitted, in place of each iteration."""
 

@@ -13,6 +13,10 @@ from warpvec.flat.cutting.spurs import outline_order
 _OWNER_GAP = 10.0
 """Distance that is added between samples of different owners, which never face each other."""
 
+_DIRECTION_GAP = 0.1
+"""Distance in pixels that counts for a turn by 60 degrees: samples of one side are then 0.2 from being opposite, beyond
+the width of a neck, and those of both sides 0.045 at most."""
+
 _TIP_SAMPLES = 5
 """Samples around the tip of a spur, where both sides meet."""
 
@@ -73,18 +77,28 @@ class _Outlines:
 
 
 def _in_order(following: Integers, is_kept: Mask) -> tuple[Integers, Integers]:
-    """Return the half-edges that are kept [n] in the order of their closed outlines, and the outline of each [n]."""
-    after, waiting = following.tolist(), dict.fromkeys(np.flatnonzero(is_kept).tolist())
-    order, loop, number = [], [], 0
-    while waiting:
-        here = next(iter(waiting))
-        while here in waiting:
-            del waiting[here]
-            order.append(here)
-            loop.append(number)
-            here = after[here]
-        number += 1
-    return np.array(order, np.int64), np.array(loop, np.int64)
+    """Return the half-edges that are kept [n] in the order of their closed outlines, and the outline of each [n].
+
+    An outline begins at its lowest half-edge, and outlines follow by these. Where each half-edge knows the one ``2**k``
+    steps ahead, the next round knows the one ``2**(k + 1)`` steps ahead.
+    """
+    kept = np.flatnonzero(is_kept)
+    place = np.full(len(following), -1)
+    place[kept] = np.arange(len(kept))
+    after = place[following[kept]]
+    lowest, ahead = np.arange(len(kept)), after
+    for _ in range(len(kept).bit_length()):
+        lowest, ahead = np.minimum(lowest, lowest[ahead]), ahead[ahead]
+    # Steps back to the lowest one, which stays where it is.
+    back = np.empty_like(after)
+    back[after] = np.arange(len(kept))
+    is_first = lowest == np.arange(len(kept))
+    back[is_first] = np.flatnonzero(is_first)
+    steps = (~is_first).astype(np.int64)
+    for _ in range(len(kept).bit_length()):
+        steps, back = steps + steps[back], back[back]
+    order = np.lexsort((steps, lowest))
+    return kept[order], np.cumsum(is_first[order]) - 1
 
 
 def _samples(mapped: PlanarMap, order: Integers) -> tuple[Floats, Floats, Integers]:
@@ -101,10 +115,28 @@ def _samples(mapped: PlanarMap, order: Integers) -> tuple[Floats, Floats, Intege
 
 def _mates(places: Floats, along: Floats, owner: Integers) -> Integers:
     """Return the nearest sample on the other side of a neck for each [S]; -1 for none."""
+    found = np.full(len(places), -1)
+    some = _near_opposite(places, along, owner)
+    if not len(some):
+        return found
     tree = cKDTree(np.concatenate([places, _OWNER_GAP * owner[:, None]], 1))
-    gap, near = tree.query(tree.data, CUTTING.neck_neighbours, distance_upper_bound=CUTTING.sliver_width)
-    near = np.where(np.isfinite(gap), near, np.arange(len(places))[:, None])
-    inward = np.stack([-along[:, 1], along[:, 0]], 1)
-    is_opposite = (along[near] * along[:, None]).sum(2) <= -CUTTING.spur_cosine
-    faces = is_opposite & (((places[near] - places[:, None]) * inward[:, None]).sum(2) > 0.0)
-    return np.where(faces.any(1), near[np.arange(len(near)), faces.argmax(1)], -1)
+    gap, near = tree.query(tree.data[some], CUTTING.neck_neighbours, distance_upper_bound=CUTTING.sliver_width)
+    near = np.where(np.isfinite(gap), near, some[:, None])
+    inward = np.stack([-along[some, 1], along[some, 0]], 1)
+    is_opposite = (along[near] * along[some, None]).sum(2) <= -CUTTING.spur_cosine
+    faces = is_opposite & (((places[near] - places[some, None]) * inward[:, None]).sum(2) > 0.0)
+    found[some] = np.where(faces.any(1), near[np.arange(len(near)), faces.argmax(1)], -1)
+    return found
+
+
+def _near_opposite(places: Floats, along: Floats, owner: Integers) -> Integers:
+    """Return the samples [n] that may have a mate: one of their owner, near in place and in the opposite direction.
+
+    A fraction of the direction counts as a place, so that samples of their own side are far from them.
+    """
+    turned = _DIRECTION_GAP * along
+    samples = np.concatenate([places, _OWNER_GAP * owner[:, None], turned], 1)
+    tree = cKDTree(samples, balanced_tree=False, compact_nodes=False)
+    reach = np.hypot(CUTTING.sliver_width, _DIRECTION_GAP * np.sqrt(2.0 - 2.0 * CUTTING.spur_cosine)) + 1e-9
+    gap, _ = tree.query(np.concatenate([samples[:, :3], -turned], 1), distance_upper_bound=reach)
+    return np.flatnonzero(np.isfinite(gap))
