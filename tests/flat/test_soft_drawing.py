@@ -180,6 +180,15 @@ def test_things_side_by_side_have_shadows_of_their_own(things: str, is_cast: boo
 
 
 @pytest.mark.slow
+def test_lights_alone_are_no_blurred_drawing() -> None:
+    pytest.importorskip("svgelements")
+    wide = TWO_LIGHTS.replace("#b2", "#b4")
+    image = draw_8_bits(read_svg(BESIDE.format(things=wide)).scene, 80, 120, 1)[..., :3]
+    result = warpvec.vectorize(image, threads=1, device="cpu")
+    assert result.scene.soft_count == len(result.scene) == 2 and result.file_psnr > 42.0
+
+
+@pytest.mark.slow
 def test_each_of_two_cards_casts_a_soft_path_with_its_outline() -> None:
     pytest.importorskip("svgelements")
     image = draw_8_bits(read_svg(BESIDE.format(things=TWO_CARDS)).scene, 80, 120, 1)[..., :3]

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
+import numpy as np
 import torch
 
 from warpvec.flat.constants.softness import SOFTNESS
@@ -63,12 +64,12 @@ class SoftDrawing:
         """
         if not self._may_be_soft:
             return self.hard.draw(detail)
-        if math.isfinite(self.work.watch.seconds_left()):
+        if math.isfinite(self.work.watch.seconds_left()) and not self._is_all_soft:
             hard = self.hard.draw(detail)
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
         soft = self._soft(detail)
         is_sure = bool(self._shadows) and all(shadow.is_cast for shadow in self._shadows)
-        if soft is not None and is_sure and self._is_right(soft[0]):
+        if soft is not None and (self._is_all_soft or (is_sure and self._is_right(soft[0]))):
             return soft
         return self._better(soft, self.hard.draw(detail))
 
@@ -108,7 +109,15 @@ class SoftDrawing:
         config = self.work.config
         is_free = config.opacity == "free" and config.gradients != 0.0 and not config.cutout
         is_free = is_free and config.palette is None and not config.colors and config.soft_max != 0
-        return is_free and self.work.tracing is None and self.hard.blur <= SOFTNESS.blur_max
+        is_free = is_free and self.work.tracing is None
+        return is_free and (self.hard.blur <= SOFTNESS.blur_max or self._is_all_soft)
+
+    @cached_property
+    def _is_all_soft(self) -> bool:
+        """Whether the picture looks blurred because nothing but soft spots lies on its ground, such as lights."""
+        if self.hard.blur < SOFTNESS.lights_blur_min or not self._shadows:
+            return False
+        return float(np.ptp(self._shadows[-1].clean, (0, 1)).max()) <= SOFTNESS.clean_max
 
     @cached_property
     def _shadows(self) -> list[Shadow]:

@@ -81,6 +81,13 @@ class SoftnessConstants:
     """Most paths of a drawing with a soft path, and its largest error (root of the mean square, in levels), for which
     bands are not tried: they would need half of the error, or a quarter of the bytes. The logo of the tests has 1.8."""
 
+    lights_blur_min: float = 2.5
+    """Least blur in pixels that a picture of soft spots alone seems to have. One with less is rather a blurred drawing
+    of sharp shapes: scans and enlarged logos have 0.5 to 2.3."""
+
+    clean_max: float = 6.0 / 255.0
+    """Largest difference of two pixels of a picture without its soft spots if nothing else is on its ground."""
+
     blur_max: float = 1.0
     """Largest blur in pixels that a picture may seem to have because of its shadow; the sharp edges in front of a
     shadow of 5 px look blurred by 0.6 px."""
