@@ -179,6 +179,30 @@ def test_things_side_by_side_have_shadows_of_their_own(things: str, is_cast: boo
         assert sorted(shadow.look.offset[1] for shadow in found) == pytest.approx([4.0, 7.0], abs=0.2)
 
 
+ICON = """<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><defs>{blur}</defs>
+<rect x="4" y="4" width="72" height="72" rx="16" fill="#3a7bf0"/>{other}
+<path d="M26 30h26v22h-26z" fill-opacity=".6" filter="url(#b2)"/><path fill="#fff" d="M25 26h26v22h-26z"/></svg>"""
+
+
+@pytest.mark.parametrize(
+    "other", ["", '<path fill="#bcd" d="M0 0h80v80h-80z"/><path fill="#e95" d="M6 20h68v40h-68z"/>']
+)
+def test_a_shadow_is_found_on_the_card_of_an_icon_or_on_the_smaller_of_two(other: str) -> None:
+    pytest.importorskip("svgelements")
+    text = ICON.format(blur=BLUR.format(2), other=other)
+    image = draw_8_bits(replace(read_svg(text).scene, transparent=True), SIDE, SIDE, 1).astype(np.float32) / 255.0
+    found = find_shadows(image if not other else image[..., :3])
+    assert len(found) == 1 and found[0].is_cast
+    assert found[0].look.sigma == pytest.approx(2.0, rel=0.05)
+    assert found[0].look.offset == pytest.approx((1.0, 4.0), abs=0.1)
+    assert found[0].clean.shape[2] == (3 if other else 4)
+    if not other:
+        assert (
+            np.array_equal(found[0].clean[..., 3], image[..., 3])
+            and np.abs(found[0].clean[45, 60] - image[8, 40]).max() < 0.01
+        )
+
+
 @pytest.mark.slow
 def test_lights_alone_are_no_blurred_drawing() -> None:
     pytest.importorskip("svgelements")

@@ -29,6 +29,12 @@ class SoftnessConstants:
     plate_share: float = 0.1
     """The same as ``ground_share`` for a ground with a gradient, and for a shape inside the picture."""
 
+    card_share: float = 0.2
+    """The same for an opaque shape of a transparent picture, such as the square of an app's icon."""
+
+    cards_max: int = 3
+    """Most shapes of one colour inside the picture, the largest ones, on which a shadow is looked for."""
+
     bend_max: float = 2.5
     """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
     and 100 levels has 4."""
@@ -106,6 +112,9 @@ class SoftnessConstants:
     spot_seen: float = 0.25
     """Least share of a soft spot that is seen. The shadow below a figure has 0.6. Spots that explain a few pixels of a
     road, and would lie below all of a map, have up to 0.14."""
+
+    spot_part_unexplained: float = 0.002
+    """The same around one of several things. Spots that were drawn leave 0.0001; gradients around a figure 0.004."""
 
     spot_rounds: int = 3
     """Most fits of a soft spot. Before each but the first, what the last one was far from is left out."""

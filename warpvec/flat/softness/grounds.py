@@ -70,9 +70,8 @@ def find_plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
 def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Iterator[Ground]:
     """Yield the grounds on which a shadow may lie, the likeliest first.
 
-    The first is the largest plateau that reaches the border of the picture. Others are the largest even area, if it has
-    a gradient, and the largest plateau inside the picture. Inside, a ground goes around the shadow: none is found that
-    reaches the edge of its card.
+    The first is the largest plateau that reaches the border of the picture. Others are the largest even area there and
+    inside, if it has a gradient, and the cards inside.
     """
     everywhere = np.ones(plateaus.shape, np.bool_)
     outer, outer_size = _largest(plateaus, count, at_border=True)
@@ -80,17 +79,32 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
         yield _flat(levels, plateaus == outer, everywhere)
     if levels.shape[2] > 3:
         return  # the others are opaque parts of a transparent picture
-    least = SOFTNESS.plate_share * plateaus.size
     even, even_count = _even_areas(levels)
     for at_border in (True, False):
         number, size = _largest(even, even_count, at_border)
         area = even == number
-        found = _graded(levels, area, everywhere if at_border else with_filled_holes(area)) if size >= least else None
+        is_large = size >= SOFTNESS.plate_share * plateaus.size
+        found = _graded(levels, area, everywhere if at_border else with_filled_holes(area)) if is_large else None
         if found is not None:
             yield found
-    inner, inner_size = _largest(plateaus, count, at_border=False)
-    if inner_size >= least:
-        yield _flat(levels, plateaus == inner, with_filled_holes(plateaus == inner))
+    yield from find_cards(levels, plateaus, count, SOFTNESS.plate_share)
+
+
+def find_cards(
+    levels: Floats, plateaus: NDArray[np.int32], count: int, least_share: float = SOFTNESS.card_share
+) -> Iterator[Ground]:
+    """Yield the largest plateaus inside a picture that have at least a share of it.
+
+    A card goes around its shadow: none is found that reaches the edge of its card.
+    """
+    left = plateaus.copy()
+    for _ in range(SOFTNESS.cards_max):
+        inner, size = _largest(left, count, at_border=False)
+        if size < least_share * plateaus.size:
+            return
+        area = plateaus == inner
+        yield _flat(levels, area, with_filled_holes(area))
+        left[area] = 0
 
 
 def _spread(levels: Floats) -> Floats:

@@ -1,14 +1,14 @@
 """Find the shadow or glow of what lies on a ground of a picture, or else a soft spot.
 
 The ground has one colour or a gradient, or is transparent. A transparent picture is looked at over black and over white
-at once: it has C = 6 channels here where an opaque one has 3.
+at once: it has C = 6 channels here where an opaque one, and an opaque shape of a transparent one, has 3.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.casters import coverage_of, find_cast_shadow, find_casters, share_of
-from warpvec.flat.softness.grounds import Ground, find_grounds, find_plateaus
+from warpvec.flat.softness.grounds import Ground, find_cards, find_grounds, find_plateaus
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone
 from warpvec.flat.softness.spots import find_spot
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
@@ -61,6 +61,9 @@ class Shadow:
         return np.clip(ground + amplitude / max(opacity, 1e-6), 0.0, 1.0), opacity
 
 
+_FindGrounds = Callable[[Floats, NDArray[np.int32], int], Iterator[Ground]]
+
+
 def _never() -> bool:
     return False
 
@@ -86,14 +89,20 @@ def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Sha
         image: [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha.
         is_time_up: whether the search is to end.
     """
-    if is_transparent(image) and not _has_soft_alpha(image[..., 3]):
-        return None
+    if not is_transparent(image):
+        return _best_shadow(image, find_grounds, is_time_up)
+    found = _best_shadow(image, find_grounds, is_time_up) if _has_soft_alpha(image[..., 3]) else None
+    return found or _on_opaque_card(image, is_time_up)
+
+
+def _best_shadow(image: Floats32, find: _FindGrounds, is_time_up: Callable[[], bool]) -> Shadow | None:
+    """Return the shadow of a picture on one of the grounds that ``find`` finds; None without one."""
     levels = 255.0 * channels_of(image)
     plateaus, count = find_plateaus(levels)
     if count > SOFTNESS.spot_plateaus_max:
         return None
     best = None
-    for ground in find_grounds(levels, plateaus, count):
+    for ground in find(levels, plateaus, count):
         for part in (ground, *ground.parts()):
             if is_time_up():
                 return best
@@ -103,6 +112,22 @@ def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Sha
             if best is not None and best.look.unexplained <= SOFTNESS.explained:
                 return best
     return best
+
+
+def _on_opaque_card(image: Floats32, is_time_up: Callable[[], bool]) -> Shadow | None:
+    """Return the shadow on an opaque shape of a transparent picture ``image`` [h, w, 4]; None without one."""
+    is_opaque = image[..., 3] == 1.0
+
+    def cards(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Iterator[Ground]:
+        return (ground for ground in find_cards(levels, plateaus, count) if is_opaque[ground.region].all())
+
+    if is_opaque.mean() < SOFTNESS.plate_share:
+        return None
+    found = _best_shadow(image[..., :3] * image[..., 3:], cards, is_time_up)
+    if found is None:
+        return None
+    clean = np.where(found.ground.region[..., None], np.dstack([found.clean, image[..., 3]]), image)
+    return replace(found, clean=clean.astype(np.float32))
 
 
 def _found_on(
@@ -130,10 +155,11 @@ def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, F
     """
     whole = np.zeros(levels.shape[:2], np.bool_) if casters is None else with_filled_holes(casters)
     change = levels - ground.below
+    most = SOFTNESS.spot_part_unexplained if ground.is_part else SOFTNESS.spot_unexplained
     for _ in range(SOFTNESS.spot_rounds):
         is_bare = ground.region & ~ndimage.binary_dilation(whole, iterations=2)
         spot = find_spot(Zone(change, ground.deviation, is_bare))
-        if spot is None or spot[1].unexplained <= SOFTNESS.spot_unexplained:
+        if spot is None or spot[1].unexplained <= most:
             return None if spot is None else (whole, *spot)
         rest = np.abs(change - spot[1].shade_of(spot[0], ground.deviation)).max(2)
         is_off = is_bare & (rest > SOFTNESS.jump)
@@ -174,10 +200,13 @@ def _has_soft_alpha(alpha: Floats32) -> bool:
     return bool(inner.sum() >= SOFTNESS.inner_area)
 
 
-def channels_of(image: Floats32) -> Floats:
-    """Return ``image`` [h, w, 3 or 4] as it is, or over black and white if it is transparent [h, w, C]."""
+def channels_of(image: Floats32, count: int | None = None) -> Floats:
+    """Return ``image`` [h, w, 3 or 4] as it is, or over black and white if it is transparent [h, w, C].
+
+    If a ``count`` of 3 channels is asked for, a transparent one is over black alone.
+    """
     channels: Floats = over_mattes(image).astype(np.float64)
-    return channels
+    return channels[..., :count]
 
 
 def _mixed_again(levels: Floats, below: Floats, shade: Floats, pure: Mask, edge: Mask) -> Floats:

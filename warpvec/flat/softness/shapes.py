@@ -38,7 +38,7 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
     if len(ground) > 3 or not shadow.ground.is_flat:  # a transparent ground is never painted
         return is_gap
     most = 3.0 * SOFTNESS.alike / 255.0  # the picture without the shadow is not known better
-    apart = np.abs(shadow.clean - ground).max(2)
+    apart = np.abs(shadow.clean[..., :3] - ground).max(2)
     is_like = (shapes.color - torch.from_numpy(ground).to(shapes.color)).abs().amax(1) <= most
     for k in is_like.nonzero().flatten().tolist():
         cover = _coverage(shapes.select(torch.tensor([k])), height, width, threads)
@@ -105,7 +105,7 @@ def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: S
     cast = _coverage(shapes.select(torch.tensor(casters)), height, width, threads)
     covered: Mask = _coverage(shapes, height, width, threads) > SOFTNESS.covered_min
     is_seen = ~ndimage.binary_dilation(covered) & shadow.ground.region
-    change = 255.0 * channels_of(image) - shadow.ground.below
+    change = 255.0 * channels_of(image, shadow.ground.below.shape[2]) - shadow.ground.below
     found = fit_shadow(Zone(change, shadow.ground.deviation, is_seen), cast, shadow.look)
     return shadow if found is None else replace(shadow, casters=cast, look=found)
 
