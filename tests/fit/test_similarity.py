@@ -38,14 +38,21 @@ def halved(gray: Tensor) -> Tensor:
 
 
 @pytest.mark.parametrize(
-    ("height", "width", "scale_count"), [(120, 112, 5), (60, 70, 4), (16, 24, 2), (13, 13, 1), (4, 11, 1)]
+    ("height", "width", "path_count", "scale_count"),
+    [(120, 112, 2, 5), (60, 70, 2, 4), (60, 70, 100, 2), (16, 24, 1, 2), (13, 13, 1, 1), (4, 11, 1, 1)],
 )
-def test_the_shift_has_the_adjoint_of_measured_similarity(height: int, width: int, scale_count: int) -> None:
+def test_the_shift_has_the_adjoint_of_measured_similarity(
+    height: int, width: int, path_count: int, scale_count: int
+) -> None:
     generator = torch.Generator().manual_seed(height)
     target = 0.3 + 0.4 * torch.rand(height, width, 3, generator=generator, dtype=torch.float64)
     image = (target + 0.1 * torch.randn(target.shape, generator=generator, dtype=torch.float64)).clamp(0.0, 1.0)
     # The adjoint of the squared error against a target that is shifted by s has -2 s / (3 h w) beside that without.
-    adjoint = 2.0 / (3 * height * width) * Similarity(target).shift(image, torch.tensor(WEIGHT, dtype=torch.float64))
+    adjoint = (
+        2.0
+        / (3 * height * width)
+        * Similarity(target, path_count).shift(image, torch.tensor(WEIGHT, dtype=torch.float64))
+    )
     step = 1e-5
     for row, column, channel in [(0, 0, 0), (height - 1, width - 1, 1), (height // 2, 3, 2)]:
         moved = [image.clone(), image.clone()]

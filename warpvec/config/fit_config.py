@@ -441,9 +441,9 @@ class CoreSettings:
     ssim_weight: float = photo_setting(
         0.7, _WEIGHT, "Weight of the structural similarity (SSIM); 0 for the squared error alone.", LOSS
     )
-    """Weight of 1 - SSIM at each of five scales, times the present mean squared error. kodim05, 13 and 23 at 512 paths:
-    0 gives 25.92 dB, SSIM 0.650 and LPIPS (VGG) 0.500, 0.7 gives 26.08, 0.678 and 0.483, and 1 gives 25.91, 0.670 and
-    0.488. Fits with ``lod`` leave it out."""
+    """Weight of 1 - SSIM at each of up to five scales, times the present mean squared error. kodim05, 13 and 23 at 512
+    paths: 0 gives 25.92 dB, SSIM 0.650 and LPIPS (VGG) 0.500, 0.7 gives 26.08, 0.678 and 0.483, and 1 gives 25.91,
+    0.670 and 0.488. Fits with ``lod`` leave it out."""
     xing_weight: float = photo_setting(0.02, _WEIGHT, "Weight of the term against crossing handles.", LOSS)
     """Weight of the Xing term (equation 6)."""
     bezier_weight: float = photo_setting(0.05, _WEIGHT, "Weight of the Bezier regularizer.", LOSS)

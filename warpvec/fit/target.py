@@ -62,6 +62,7 @@ class Target:
     def __init__(self, image: Tensor, config: FitConfig, device: str, blur: float = 0.0) -> None:
         """Compare scenes with ``image``, whose blur has this standard deviation in pixels."""
         self.device = device
+        self._path_count = config.curves
         self.blur = GaussianBlur(blur) if blur > 0.0 else None
         self._views = list(_views(image.to(device, torch.float32)))
         height, width = image.shape[:2]
@@ -103,7 +104,7 @@ class Target:
         is still the mean squared error.
         """
         if not self._similarities:
-            self._similarities = [Similarity(pixels) for pixels, _ in self._views]
+            self._similarities = [Similarity(pixels, self._path_count) for pixels, _ in self._views]
             blank = torch.zeros_like(self._views[0][0][..., 0])
             self._prepared = [(self._renderer.prepare_target(pixels, blank), matte) for pixels, matte in self._views]
         for view, ((pixels, matte), similarity) in enumerate(zip(self._views, self._similarities, strict=True)):
