@@ -1,7 +1,7 @@
 """Draw flat art with each shadow or glow as one soft path, if that is the shorter description of the picture.
 
-The picture without the shadows is drawn like any other, and so is the mask of what casts each. The soft path takes the
-outline of the mask, is fitted to the picture, and competes with the drawing of bands and gradients.
+The picture without the shadows is drawn like any other, and so is the mask of what casts each. Each soft path takes the
+outline of its mask, all are fitted to the picture, and the drawing competes with one of bands and gradients.
 """
 
 from __future__ import annotations
@@ -162,16 +162,12 @@ class SoftDrawing:
         copies, casters = [free.select(row[None]) for row in rows], [self._casters(sharp, each) for each in placed]
         if len(copies) < len(placed) or all(paths is None for paths in casters):
             return None
-        for is_last in [*[False] * SOFTNESS.same_rounds, True]:
-            for k, (each, paths) in enumerate(zip(placed, casters, strict=True)):
-                if paths is not None:
-                    placed[k] = self._measured_again(sharp, each, paths)
-                    copies[k] = soft_copy(as_one(_above(sharp, each.below), paths), placed[k].shadow)
-            if not is_last:
-                whole = self._fitted(_inserted(sharp, placed, copies), is_soft_fitted=False)
-                assert whole.softness is not None
-                sharp = whole.select(~whole.softness.is_soft)
-        return _inserted(sharp, placed, copies)
+        for _ in range(SOFTNESS.same_rounds):
+            placed, copies = self._measured_again(sharp, placed, casters, copies)
+            whole = self._fitted(_inserted(sharp, placed, copies), is_soft_fitted=False)
+            assert whole.softness is not None
+            sharp = whole.select(~whole.softness.is_soft)
+        return _inserted(sharp, *self._measured_again(sharp, placed, casters, copies))
 
     def _casters(self, sharp: Scene, placed: _Placed) -> list[int] | None:
         """Return the paths of ``sharp``, counted above the shadow, that are just what casts it; None if none are."""
@@ -180,9 +176,18 @@ class SoftDrawing:
             return None
         return casting_paths(shapes, placed.shadow, self.work.config.threads)
 
-    def _measured_again(self, sharp: Scene, placed: _Placed, casters: list[int]) -> _Placed:
-        image, shapes = self.work.image.numpy(), _above(sharp, placed.below)
-        return replace(placed, shadow=measured_again(image, shapes, casters, placed.shadow, self.work.config.threads))
+    def _measured_again(
+        self, sharp: Scene, placed: list[_Placed], casters: list[list[int] | None], copies: list[Scene]
+    ) -> tuple[list[_Placed], list[Scene]]:
+        """Return the shadows of known ``casters`` as the outlines of ``sharp`` cast them, and all soft paths."""
+        image, threads = self.work.image.numpy(), self.work.config.threads
+        placed, copies = list(placed), list(copies)
+        for k, (each, paths) in enumerate(zip(placed, casters, strict=True)):
+            if paths is not None:
+                shapes = _above(sharp, each.below)
+                placed[k] = replace(each, shadow=measured_again(image, shapes, paths, each.shadow, threads))
+                copies[k] = soft_copy(as_one(shapes, paths), placed[k].shadow)
+        return placed, copies
 
     def _fitted(self, scene: Scene, *, is_soft_fitted: bool = True) -> Scene:
         """Return ``scene`` with its soft paths fitted, or the others; a fit may undo level lines of these."""
