@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 import svgelements
 from svg_files import SQUARE, square_file
 
 from warpvec.svg.foreign import shapes
+from warpvec.svg.foreign.forms import shape_form
 from warpvec.svg.read import read_svg
 
 
@@ -37,3 +39,9 @@ def test_closes_that_only_draw_the_same_point_again_make_no_subpaths():
             found = shapes.read_subpaths(data + more)
             assert found[1] == complete
             assert [subpath.points.tolist() for subpath in found[0]] == [subpath.points.tolist() for subpath in few]
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_circle_out_of_reach_is_no_form() -> None:
+    huge = np.array([[1e200, 0.0, 0.0], [0.0, 1e200, 0.0]])
+    assert shape_form("circle", {"cx": "1", "cy": "1", "r": "1e200"}, (9.0, 9.0), huge) is None

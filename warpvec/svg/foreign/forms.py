@@ -34,7 +34,9 @@ def shape_form(
     if name == "rect":
         return _rect(sizes, matrix)
     rx, ry = (sizes["r"], sizes["r"]) if name == "circle" else (sizes["rx"], sizes["ry"])
-    return _ellipse(apply(matrix, np.array([sizes["cx"], sizes["cy"]])), matrix[:, :2] * np.array([rx, ry]))
+    with np.errstate(over="ignore", invalid="ignore"):  # a file may state any number
+        center, axes = apply(matrix, np.array([sizes["cx"], sizes["cy"]])), matrix[:, :2] * np.array([rx, ry])
+    return _ellipse(center, axes) if np.isfinite(center).all() and np.isfinite(axes).all() else None
 
 
 def _ellipse(center: Floats, axes: Floats) -> OutlineForm | None:
