@@ -65,7 +65,7 @@ slowest() {
     "$python" - "$1" <<'PYTHON'
 import json, sys
 kernels = {
-    "flattening": "emit_vertices", "binning": "classify_pairs", "coverage": "accumulate_winding",
+    "flattening": "emit_vertices", "binning": "mark_pairs", "coverage": "accumulate_winding",
     "compositing_adjoint": "composite_adjoint", "coverage_adjoint": "integrate_edges",
     "flattening, adjoint": "gather_points_adjoint", "regularization": "add_regularizers",
     "population": "step_population",
@@ -99,7 +99,7 @@ fi
 part "whole fits" 90 "$python" bench/bench_fit.py "$photo" --curves 512,1024 --repeat 3 --no-vtracer --set device=cuda
 
 if command -v ncu >/dev/null && grep -q '^{' "$cache/kodim07-1024" 2>/dev/null; then
-    part "counters of the two slowest kernels" 90 ncu --set basic --section SpeedOfLight --section Occupancy \
+    part "counters of the two slowest kernels" 90 ncu --clock-control none --set basic --section SpeedOfLight --section Occupancy \
         --kernel-name-base function --kernel-name "regex:.*($(slowest "$cache/kodim07-1024")).*" --launch-skip 4 \
         --launch-count 4 "$python" bench/bench_step.py --scene kodim07-1024 --photos "$photos" --device cuda \
         --repeat 1 --cache "$cache"

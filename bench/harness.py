@@ -16,7 +16,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -193,10 +193,18 @@ def machine_facts(device: str = "cpu") -> dict[str, Any]:
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "warpvec": warpvec.__version__,
-        **{package: version(package) for package in packages},
+        **{package: _version(package) for package in packages},
         "commit": _commit(),
         "source": source_digest(),
     }
+
+
+def _version(package: str) -> str | None:
+    """Return the version of an installed package, or None for one that was unpacked without its metadata."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
 
 
 @cache

@@ -5,6 +5,9 @@ left to right. A tile that an edge touches is partial. Any other tile has the sa
 its left neighbour, plus the edges that cross the middle of the strip between the two. A lane is an edge, which looks
 only at the strips that it touches.
 
+On the CPU a work item is a path (``classify_pairs``). On scalar lanes a path would keep one thread of a GPU busy for
+long, so a work item is an edge (``mark_pairs``), then a strip (``classify_strips``).
+
 Sorting puts the pairs of each tile next to one another, lowest path first. A position in that sorted list is a *hit*.
 """
 
@@ -47,7 +50,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 @cache
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Return ``bound_paths``, ``list_strips``, ``classify_pairs`` and ``find_tile_ranges``."""
+    """Return ``bound_paths``, ``list_strips``, the kernels that classify pairs, and ``find_tile_ranges``."""
     dtype, vec2 = lanes.dtype, lanes.vec2
     v = lanes.functions
     walk, boxes = edges.make_functions(lanes), make_functions(lanes)
@@ -159,6 +162,33 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 v.scatter_steps(pair_winding, v.whole_add(behind, row_origin), step)
                 row = v.whole_add(row, unit)
 
+    @wp.func
+    def classify_row(
+        path: int,
+        pair0: int,
+        tile0: int,
+        tile_end: int,
+        tile_count: int,
+        pair_winding: wp.array(dtype=int),
+        pair_is_partial: wp.array(dtype=int),
+        pair_path: wp.array(dtype=int),
+        pair_class: wp.array(dtype=int),
+        pair_key: wp.array(dtype=int),
+        pair_index: wp.array(dtype=int),
+    ):
+        """Find the class and the sort key of the pairs of a strip, which has the tiles [tile0, tile_end)."""
+        winding = int(0)
+        for tile in range(tile0, tile_end):
+            pair = pair0 + tile - tile0
+            winding += pair_winding[pair]
+            pair_class_here = wp.where(winding != 0, FULL, EMPTY)
+            if pair_is_partial[pair] == 1:
+                pair_class_here = PARTIAL
+            pair_path[pair] = path
+            pair_class[pair] = pair_class_here
+            pair_key[pair] = wp.where(pair_class_here == EMPTY, tile_count, tile)
+            pair_index[pair] = pair
+
     @wp.kernel(module=module)
     def classify_pairs(
         first: int,
@@ -170,7 +200,6 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         tile_columns: int,
         tile_count: int,
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
-        path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         # outputs
         pair_path: wp.array(dtype=int),  # [K]
@@ -192,19 +221,66 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         start = segment_first_vertex[loop_first_segment[path_first_loop[path]]]
         end = segment_first_vertex[loop_first_segment[path_first_loop[path + 1]]]
         mark_edges(start, end, vertices, edge_end, box, pair0, pair_winding, pair_is_partial)
-        pair = int(pair0)
-        for tile_row in range(box[1], box[3]):
-            winding = int(0)
-            for tile in range(tile_row * tile_columns + box[0], tile_row * tile_columns + box[2]):
-                winding += pair_winding[pair]
-                pair_class_here = wp.where(winding != 0, FULL, EMPTY)
-                if pair_is_partial[pair] == 1:
-                    pair_class_here = PARTIAL
-                pair_path[pair] = path
-                pair_class[pair] = pair_class_here
-                pair_key[pair] = wp.where(pair_class_here == EMPTY, tile_count, tile)
-                pair_index[pair] = pair
-                pair += 1
+        for strip in range(box[3] - box[1]):
+            strip_pair = pair0 + strip * (box[2] - box[0])
+            tile0 = (box[1] + strip) * tile_columns
+            classify_row(
+                path, strip_pair, tile0 + box[0], tile0 + box[2], tile_count, pair_winding, pair_is_partial,
+                pair_path, pair_class, pair_key, pair_index,
+            )  # fmt: skip
+
+    @wp.kernel(module=module)
+    def mark_pairs(
+        first: int,
+        vertices: wp.array(dtype=vec2),  # [V] px
+        edge_end: wp.array(dtype=int),  # [V]
+        edge_path: wp.array(dtype=int),  # [V]
+        segment_first_vertex: wp.array(dtype=int),  # [R + 1]
+        segment_count: int,  # R
+        path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        # in and out: zeros before the first edge
+        pair_winding: wp.array(dtype=int),  # [K] change of the winding from the left neighbour to this tile
+        pair_is_partial: wp.array(dtype=int),  # [K + 1]
+    ):
+        """Mark the tiles that one edge touches, and note where it changes the winding."""
+        edge = first + wp.tid()
+        if edge >= segment_first_vertex[segment_count]:
+            return
+        path = edge_path[edge]
+        box, pair0 = path_tile_box[path], path_first_pair[path]
+        if box[2] > box[0]:
+            mark_edges(edge, edge + 1, vertices, edge_end, box, pair0, pair_winding, pair_is_partial)
+
+    @wp.kernel(module=module)
+    def classify_strips(
+        first: int,
+        tile_columns: int,
+        tile_count: int,
+        path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
+        path_first_strip: wp.array(dtype=int),  # [N + 1]
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        strip_path: wp.array(dtype=int),  # [strips] -1: no path
+        pair_winding: wp.array(dtype=int),  # [K]
+        pair_is_partial: wp.array(dtype=int),  # [K + 1]
+        # outputs
+        pair_path: wp.array(dtype=int),  # [K]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_key: wp.array(dtype=int),  # [K] tile, or tile_count for an empty pair
+        pair_index: wp.array(dtype=int),  # [K] the pair itself, to be sorted by key
+    ):
+        """Find the class and the sort key of each pair of one strip."""
+        strip = first + wp.tid()
+        path = strip_path[strip]
+        if path < 0:
+            return
+        box = path_tile_box[path]
+        row = strip - path_first_strip[path]
+        tile0 = (box[1] + row) * tile_columns
+        classify_row(
+            path, path_first_pair[path] + row * (box[2] - box[0]), tile0 + box[0], tile0 + box[2], tile_count,
+            pair_winding, pair_is_partial, pair_path, pair_class, pair_key, pair_index,
+        )  # fmt: skip
 
     @wp.kernel(module=module)
     def find_tile_ranges(
@@ -226,4 +302,5 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         for tile in range(low, wp.min(high, tile_count) + 1):
             tile_first_hit[tile] = hit
 
-    return bundle(bound_paths, list_strips, classify_pairs, find_tile_ranges)
+    by_edge = (mark_pairs, classify_strips)
+    return bundle(bound_paths, list_strips, *(by_edge if width == 1 else (classify_pairs,)), find_tile_ranges)

@@ -14,6 +14,7 @@ fourth plane, which all channels share. The loss is still that against the targe
 
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
@@ -40,7 +41,7 @@ def make_kernels(
 ) -> SimpleNamespace:
     """Return ``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
 
-    ``with_stops`` adds ``gather_stops``.
+    Scalar lanes add ``gather_pairs``, and ``with_stops`` adds ``gather_stops``.
 
     Args:
         lanes: width and precision.
@@ -389,7 +390,7 @@ def make_kernels(
         first: int,
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         pair_class: wp.array(dtype=int),  # [K]
-        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, terms]
+        sums: wp.array2d(dtype=dtype),  # [K, terms] of pairs, or [N reducers, terms] that ``gather_pairs`` wrote
         paint_kind: wp.array(dtype=int),  # [N] this and the next: ``with_gradients`` only
         paint_geometry: wp.array(dtype=vec4),  # [N] px
         # outputs
@@ -399,14 +400,18 @@ def make_kernels(
         adj_end_color: wp.array(dtype=vec3),  # [N] this and the next: ``with_gradients`` only
         adj_geometry: wp.array(dtype=vec4),  # [N]
     ):
-        """Add the sums of one path over its pairs, in their fixed order."""
+        """Add the sums of one path, in their fixed order."""
         path = first + wp.tid()
         total = sums_type()
-        for pair in range(path_first_pair[path], path_first_pair[path + 1]):
-            if pair_class[pair] != EMPTY:
-                for row in range(pair * reducers, (pair + 1) * reducers):
+        if wp.static(lanes.width == 1):
+            for row in range(path * reducers, (path + 1) * reducers):
+                for term in range(gathered_terms):
+                    total[term] = total[term] + sums[row, term]
+        else:
+            for pair in range(path_first_pair[path], path_first_pair[path + 1]):
+                if pair_class[pair] != EMPTY:
                     for term in range(gathered_terms):
-                        total[term] = total[term] + pair_sums[row, term]
+                        total[term] = total[term] + sums[pair, term]
         if wp.static(with_gradients):
             adj_end_color[path] = vec3(total[5], total[6], total[7])
             moments = vec3(total[8], total[9], total[10])
@@ -487,4 +492,36 @@ def make_kernels(
                 canvas_sums[term] = sum_here * error_scale
 
     own = (gather_stops,) if with_stops else ()
+    if lanes.width == 1:
+        own = (*own, _gather_pairs(lanes, module, sums_type, gathered_terms))
     return bundle(composite_adjoint, gather_paths_adjoint, *own, gather_tiles, gather_canvas)
+
+
+def _gather_pairs(lanes: Lanes, module: Any, sums_type: Any, gathered_terms: int) -> Any:
+    dtype, v = lanes.dtype, lanes.functions
+    tile_threads, reducers = wp.constant(lanes.tile_threads), wp.constant(lanes.reducers)
+
+    @wp.kernel(module=module)
+    def gather_pairs(
+        first: int,
+        path_first_pair: wp.array(dtype=int),  # [N + 1]
+        pair_class: wp.array(dtype=int),  # [K]
+        pair_sums: wp.array2d(dtype=dtype),  # [K reducers, terms]
+        # outputs
+        path_sums: wp.array2d(dtype=dtype),  # [N reducers, terms]
+    ):
+        """Add every ``tile_threads``-th sum of a path in each thread, and the threads of a group to one sum."""
+        thread = first + wp.tid()
+        path, lane = thread // tile_threads, thread % tile_threads
+        total = sums_type()
+        row = path_first_pair[path] * reducers + lane
+        row_end = path_first_pair[path + 1] * reducers
+        while row < row_end:
+            if pair_class[row // reducers] != EMPTY:
+                for term in range(gathered_terms):
+                    total[term] = total[term] + pair_sums[row, term]
+            row += tile_threads
+        for term in range(gathered_terms):
+            v.reduce_tile(path_sums, path, term, total[term], lane)
+
+    return gather_pairs

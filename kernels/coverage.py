@@ -8,8 +8,8 @@ is the accumulation buffer of font-rs and stb_truetype, with exact areas.)
 The winding is positive inside a path that runs counter-clockwise on screen.
 
 On the CPU a work item is a path: 16 of its edges at a time walk through the pixels that they cross (``edges.py``) and
-add to them one after another. On scalar lanes a work item is a pixel row, which looks at every edge of its path: thus
-each pixel is written by one thread of a GPU.
+add to them one after another. On scalar lanes a work item is a pixel row of a tile, which looks at every edge of its
+path: thus each pixel is written by one thread of a GPU, which adds in a fixed order.
 """
 
 from functools import cache
@@ -162,6 +162,46 @@ def _of_rows(lanes: Lanes, is_linked: bool) -> Any:
     walk = edges.make_functions(lanes)
     zero, half, one = wp.constant(dtype(0.0)), wp.constant(dtype(0.5)), wp.constant(dtype(1.0))
 
+    @wp.func
+    def add_edge(v0: vec2, v1: vec2, top: dtype, left_column: int, place0: int, slot_winding: wp.array(dtype=dtype)):
+        """Add an edge to the pixels of a row of a tile, from ``place0`` on; return what lies left of the tile."""
+        bottom, left_of_tile = top + one, dtype(0.0)
+        first_column, last_column = walk.column_range(v0[0], v0[1], v1[0], v1[1], top, bottom)
+        if first_column >= left_column + TILE:
+            return left_of_tile
+        dx, dy = v1[0] - v0[0], v1[1] - v0[1]
+        inv_dx, inv_dy = walk.inverse(dx), walk.inverse(dy)
+        upper = wp.clamp((top - v0[1]) * inv_dy, zero, one)
+        lower = wp.clamp((bottom - v0[1]) * inv_dy, zero, one)
+        row_low, row_high = wp.min(upper, lower), wp.max(upper, lower)
+        # s at the left border of the current column.
+        cross = (dtype(left_column) - v0[0]) * inv_dx
+        if first_column < left_column:
+            low = wp.max(row_low, wp.where(dx >= zero, zero, cross))
+            high = wp.min(row_high, wp.where(dx >= zero, cross, one))
+            left_of_tile += dy * wp.max(high - low, zero)
+        passed = dtype(0.0)
+        column = wp.max(first_column, left_column)
+        cross = (dtype(column) - v0[0]) * inv_dx
+        last = wp.min(last_column, left_column + TILE - 1)
+        place = place0 + (column - left_column) * TILE
+        while column <= last:
+            following = (dtype(column + 1) - v0[0]) * inv_dx
+            low = wp.max(row_low, wp.min(cross, following))
+            high = wp.min(row_high, wp.max(cross, following))
+            part = dy * wp.max(high - low, zero)
+            middle = half * (low + high) * dx + (v0[0] - dtype(column))
+            area = part - part * middle
+            # An atomic operation returns nothing, so that the thread need not wait for the memory.
+            wp.atomic_add(slot_winding, place, area + passed)
+            passed = part - area
+            cross = following
+            column += 1
+            place += TILE
+        if column < left_column + TILE:
+            wp.atomic_add(slot_winding, place, passed)
+        return left_of_tile
+
     @wp.kernel(module=stage_module(f"coverage{'_linked' * is_linked}", lanes))
     def accumulate_winding(
         first: int,
@@ -171,32 +211,25 @@ def _of_rows(lanes: Lanes, is_linked: bool) -> Any:
         loop_first_segment: wp.array(dtype=int),  # [L + 1]
         path_first_loop: wp.array(dtype=int),  # [N + 1]
         path_tile_box: wp.array(dtype=wp.vec4i),  # [N]
-        path_first_strip: wp.array(dtype=int),  # [N + 1]
         path_first_pair: wp.array(dtype=int),  # [N + 1]
-        strip_path: wp.array(dtype=int),  # [strips] -1: no path
+        pair_path: wp.array(dtype=int),  # [K]
         pair_slot: wp.array(dtype=int),  # [K + 1] exclusive count of partial pairs
         # outputs
         slot_winding: wp.array(dtype=dtype),  # [slots, COLUMNS, TILE]
     ):
-        """Find the winding in the partial pairs of one pixel row of a strip."""
+        """Find the winding in one pixel row of a pair, if it is partial."""
         item = first + wp.tid()
-        strip = item // TILE
-        row = item % TILE
-        path = strip_path[strip]
-        if path < 0:
+        pair, row = item // TILE, item % TILE
+        slot = pair_slot[pair]
+        if pair_slot[pair + 1] == slot:
             return
-        box = path_tile_box[path]
-        strip_in_path = strip - path_first_strip[path]
-        pair0 = path_first_pair[path] + strip_in_path * (box[2] - box[0])
-        pair_end = pair0 + box[2] - box[0]
-        for index in range(pair_slot[pair0] * COLUMNS, pair_slot[pair_end] * COLUMNS):
-            slot_winding[index * TILE + row] = zero
-
-        top = dtype((box[1] + strip_in_path) * TILE + row)
-        bottom = top + one
-        left_column = box[0] * TILE
-        end_column = box[2] * TILE
-        carry = dtype(0.0)
+        path = pair_path[pair]
+        box, pair_in_path = path_tile_box[path], pair - path_first_pair[path]
+        top = dtype((box[1] + pair_in_path // (box[2] - box[0])) * TILE + row)
+        left_column = (box[0] + pair_in_path % (box[2] - box[0])) * TILE
+        place0, winding = slot * COLUMNS * TILE + row, dtype(0.0)
+        for place in range(place0, place0 + TILE * TILE, TILE):
+            slot_winding[place] = zero
         for loop in range(path_first_loop[path], path_first_loop[path + 1]):
             start = segment_first_vertex[loop_first_segment[loop]]
             end = segment_first_vertex[loop_first_segment[loop + 1]]
@@ -206,54 +239,11 @@ def _of_rows(lanes: Lanes, is_linked: bool) -> Any:
                 if wp.static(is_linked):
                     v0 = v1
                     v1 = vertices[edge_end[v]]
-                dy = v1[1] - v0[1]
-                if dy != zero and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < bottom:
-                    first_column, last_column = walk.column_range(v0[0], v0[1], v1[0], v1[1], top, bottom)
-                    if first_column < end_column:
-                        dx = v1[0] - v0[0]
-                        inv_dx = walk.inverse(dx)
-                        inv_dy = walk.inverse(dy)
-                        upper = wp.clamp((top - v0[1]) * inv_dy, zero, one)
-                        lower = wp.clamp((bottom - v0[1]) * inv_dy, zero, one)
-                        row_low = wp.min(upper, lower)
-                        row_high = wp.max(upper, lower)
-                        # s at the left border of the current column. The part left of the box goes into ``carry``.
-                        column = wp.max(first_column, left_column)
-                        cross = (dtype(column) - v0[0]) * inv_dx
-                        if first_column < left_column:
-                            low = wp.max(row_low, wp.where(dx >= zero, zero, cross))
-                            high = wp.min(row_high, wp.where(dx >= zero, cross, one))
-                            carry += dy * wp.max(high - low, zero)
-                        passed = dtype(0.0)
-                        last = wp.min(last_column, end_column - 1)
-                        index = int(-1)
-                        while column <= last:
-                            following = (dtype(column + 1) - v0[0]) * inv_dx
-                            low = wp.max(row_low, wp.min(cross, following))
-                            high = wp.min(row_high, wp.max(cross, following))
-                            part = dy * wp.max(high - low, zero)
-                            middle = half * (low + high) * dx + (v0[0] - dtype(column))
-                            pair = pair0 + column // TILE - box[0]
-                            slot = pair_slot[pair]
-                            # A column in the guard margin may lie in a tile that rounding left unmarked.
-                            if pair_slot[pair + 1] > slot:
-                                index = (slot * COLUMNS + column % TILE) * TILE + row
-                                area = part - part * middle
-                                slot_winding[index] = slot_winding[index] + (area + passed)
-                                passed = part - area
-                            cross = following
-                            column += 1
-                        if index >= 0:
-                            slot_winding[index + TILE] = slot_winding[index + TILE] + passed
+                if v0[1] != v1[1] and wp.max(v0[1], v1[1]) > top and wp.min(v0[1], v1[1]) < top + one:
+                    winding += add_edge(v0, v1, top, left_column, place0, slot_winding)
                 v0 = v1
-
-        for pair in range(pair0, pair_end):
-            slot = pair_slot[pair]
-            if pair_slot[pair + 1] > slot:
-                base = slot * COLUMNS * TILE + row
-                for column in range(TILE):
-                    carry = carry + slot_winding[base + column * TILE]
-                    slot_winding[base + column * TILE] = carry
-                carry = carry + slot_winding[base + TILE * TILE]
+        for place in range(place0, place0 + TILE * TILE, TILE):
+            winding += slot_winding[place]
+            slot_winding[place] = winding
 
     return accumulate_winding

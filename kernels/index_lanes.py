@@ -195,8 +195,9 @@ def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
 
     @wp.func
     def mark_places(values: wp.array(dtype=int), a: int, j: int, k: int):
-        values[j] = values[j] | a
-        values[k] = values[k] | a
+        if a != 0:  # other threads of a GPU may mark the same places meanwhile
+            wp.atomic_or(values, j, a)
+            wp.atomic_or(values, k, a)
 
     @wp.func
     def mark_ranges(values: wp.array(dtype=int), j: int, k: int):
@@ -206,7 +207,7 @@ def _scalar_functions(lanes: SimpleNamespace) -> dict[str, Any]:
     @wp.func
     def scatter_steps(values: wp.array(dtype=int), k: int, a: int):
         if a != 0:
-            values[k] = values[k] + a
+            wp.atomic_add(values, k, a)
 
     shared = {
         "whole_add": wp.add, "whole_min": wp.min, "whole_max": wp.max, "whole_shift": wp.rshift,

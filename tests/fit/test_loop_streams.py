@@ -22,4 +22,4 @@ def test_a_fit_on_a_stream_of_the_caller_ends_the_same(colors: int, device: str)
         torch.cuda._sleep(100_000_000)  # what follows on this stream comes late, the photo too
         got = fit(small_photo().to(device), config).scene
     assert wp.get_stream(device) is before
-    assert torch.equal(got.points, want.points) and torch.equal(got.color, want.color)
+    assert torch.equal(got.segments, want.segments) and torch.equal(got.color, want.color)

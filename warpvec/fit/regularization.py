@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import math
 from functools import cache
+from typing import Any
 
 import torch
 import warp as wp
@@ -31,7 +32,7 @@ from warpvec.kernels.constants import (
     TIP_PARAMETER,
     XING_SCALE,
 )
-from warpvec.kernels.lanes import make_lanes
+from warpvec.kernels.lanes import Lanes, make_lanes
 from warpvec.rendering.launch import Launcher, as_warp
 
 SIDE_TIP_PARAMETER = TIP_PARAMETER / 2
@@ -66,6 +67,8 @@ class Regularization:
         self._pixel = (2.0 / width, 2.0 / height)
         self._weights = (config.xing_weight * XING_SCALE, config.bezier_weight, config.opacity_weight)
         self._launch = Launcher(device, threads=1)
+        self._scene: Scene | None = None
+        self._inputs: list[Any] = []
 
     def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
         """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `regularization`, in place."""
@@ -75,14 +78,27 @@ class Regularization:
             self._add_by_autograd(scene, adj_segments, adj_opacity)
 
     def _add_of_cubics(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
-        structure, points = scene.structure, as_warp(scene.segments.reshape(-1, 2), lanes.vec2)
+        if scene is not self._scene:
+            self._prepare(scene)
+        outputs = [adj_segments.view(-1, 2), adj_opacity]
+        lanes = self._lanes(scene)
+        views = [
+            wp.from_torch(values, dtype=dtype, return_ctype=True)
+            for values, dtype in zip(outputs, (lanes.vec2, lanes.dtype), strict=True)
+        ]
+        self._launch(kernels.make_kernels(lanes).add_regularizers, len(scene), [*self._inputs, *views])
+
+    def _lanes(self, scene: Scene) -> Lanes:
+        return make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
+
+    def _prepare(self, scene: Scene) -> None:
+        """Prepare the arguments for ``scene``, whose values may change in their memory from step to step."""
+        lanes, structure = self._lanes(scene), scene.structure
+        points = as_warp(scene.segments.reshape(-1, 2), lanes.vec2)
         rows = (structure.path_first_segment, structure.segment_next, structure.segment_previous)
-        inputs = [points, as_warp(scene.opacity, lanes.dtype), *(as_warp(row, wp.int32) for row in rows), len(scene)]
+        arrays = [points, as_warp(scene.opacity, lanes.dtype), *(as_warp(row, wp.int32) for row in rows)]
         settings = [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]
-        outputs = [as_warp(adj_segments.view(-1, 2), lanes.vec2), as_warp(adj_opacity, lanes.dtype)]
-        kernel = kernels.make_kernels(lanes).add_regularizers
-        self._launch(kernel, len(scene), [*inputs, *settings, *outputs])
+        self._scene, self._inputs = scene, [*arrays, len(scene), *settings]
 
     @torch.enable_grad()
     def _add_by_autograd(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:

@@ -67,16 +67,35 @@ class Binning:
         size = [self._grid.rows, self._grid.columns]
         self._widening = None if path_reach is None else [*polylines, path_reach, *size]
         arrays = self._bound(path_count, self._kernels.bound_paths, [*polylines, *size])
-        boxes = [self.path_tile_box, self.path_first_strip, self.path_first_pair]
-        edges = [polylines[0], flattening.edge_end, *polylines[1:]]
-        arguments = [*edges, self._grid.columns, self._grid.count, *boxes, *arrays.values()]
-        self._launch.shared(self._kernels.classify_pairs, path_count, arguments)
+        classify = self._classify_by_edge if self._needs_strips else self._classify_by_path
+        classify(flattening, path_count, arrays)
         if path_reach is not None:
             pairs = [arrays[name] for name in ("class", "is_partial", "key")]
             soft = [path_reach, self.path_tile_box, self.path_first_pair, self._grid.columns, *pairs]
             self._launch(soft_kernels.make_kernels(self._lanes).mark_soft_pairs, path_count, soft)
         self._number_slots(arrays["is_partial"])
         self._sort()
+
+    def _classify_by_path(self, flattening: Flattening, path_count: int, arrays: dict[str, wp.array]) -> None:
+        vertices, *rows = flattening.polylines
+        size = [self._grid.columns, self._grid.count]
+        boxes = [self.path_tile_box, self.path_first_pair]
+        arguments = [vertices, flattening.edge_end, *rows, *size, *boxes, *arrays.values()]
+        self._launch.shared(self._kernels.classify_pairs, path_count, arguments)
+
+    def _classify_by_edge(self, flattening: Flattening, path_count: int, arrays: dict[str, wp.array]) -> None:
+        assert flattening.structure is not None
+        marks = [arrays["winding"], arrays["is_partial"]]
+        for mark in marks:
+            mark.zero_()
+        edges = [flattening.vertices, flattening.edge_end, flattening.edge_path]
+        segments = [flattening.segment_first_vertex, flattening.structure.segment_count]
+        arguments = [*edges, *segments, self.path_tile_box, self.path_first_pair, *marks]
+        self._launch(self._kernels.mark_pairs, flattening.vertex_count, arguments)
+        size = [self._grid.columns, self._grid.count]
+        found = [arrays[name] for name in ("path", "class", "key", "index")]
+        arguments = [*size, *self._boxes(), *marks, *found]
+        self._launch(self._kernels.classify_strips, self.strip_count, arguments)
 
     def _bound(self, path_count: int, kernel: Any, arguments: list[Any]) -> dict[str, wp.array]:
         """Find the boxes of tiles with ``kernel``, number strips and pairs, and return the arrays of the pairs."""

@@ -206,13 +206,17 @@ class Compositing:
             self._launch.shared(
                 stage.composite_adjoint, count * threads, arguments, tiles * threads, part.start * threads
             )
-        sums = [binning.path_first_pair, binning.pair_class, pair_sums, *paint.gradients[:2]]
-        self._launch(stage.gather_paths_adjoint, paint.path_count, [*sums, *adjoints.of_paths(lanes)])
+        pairs, sums = [binning.path_first_pair, binning.pair_class], pair_sums
+        if lanes.width == 1:  # a thread of a GPU would take long for all pairs of a large path
+            sums = get("path_sums", (paint.path_count * lanes.reducers, terms), lanes.dtype)
+            self._launch(stage.gather_pairs, paint.path_count * threads, [*pairs, pair_sums, sums])
+        arguments = [*pairs, sums, *paint.gradients[:2], *adjoints.of_paths(lanes)]
+        self._launch(stage.gather_paths_adjoint, paint.path_count, arguments)
         if paint.stops is not None:
             stop_sums = torch.empty(
                 (paint.path_count, STOP_TERMS), dtype=adjoints.color.dtype, device=adjoints.color.device
             )
-            items = [*sums[:3], paint.stop_arrays[0], as_warp(stop_sums, lanes.dtype)]
+            items = [*pairs, pair_sums, paint.stop_arrays[0], as_warp(stop_sums, lanes.dtype)]
             self._launch(stage.gather_stops, stop_sums.numel(), items)
             adjoints.take(paint.stops.adjoints(adjoints.color, stop_sums))
         self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas_sums, lanes.dtype))

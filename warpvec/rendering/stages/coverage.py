@@ -35,11 +35,11 @@ class Coverage:
         self.slot_winding = self._buffers.get("slot_winding", size, lanes.vector)
         boxes = [binning.path_tile_box, binning.path_first_strip, binning.path_first_pair]
         if is_by_path:
-            counts, item_count = [binning.pair_slot, binning.slot_count], flattening.path_count
+            pairs, item_count = [*boxes, binning.pair_slot, binning.slot_count], flattening.path_count
         else:
-            counts, item_count = [binning.strip_path, binning.pair_slot], binning.strip_count * TILE
+            pairs, item_count = [*boxes[::2], binning.pair_path, binning.pair_slot], binning.pair_count * TILE
         vertices, *rows = flattening.polylines
-        arguments = [vertices, flattening.edge_end, *rows, *boxes, *counts, self.slot_winding]
+        arguments = [vertices, flattening.edge_end, *rows, *pairs, self.slot_winding]
         kernel = kernels.make_kernels(self._lanes, flattening.has_strokes and not is_by_path).accumulate_winding
         self._launch.shared(kernel, item_count, arguments)
 
