@@ -15,6 +15,7 @@ photos=${1:-kodak}
 cache=$(mktemp -d)
 trap 'rm -rf "$cache"' EXIT
 limit=585 # seconds for all parts together
+pytest=("$python" -m pytest -q -n 8 -p no:cacheprovider -p no:benchmark -m "")
 kernel_tests=(tests/rendering/stages tests/rendering/test_exact.py)
 failed=()
 
@@ -79,8 +80,8 @@ PYTHON
 
 command -v nvidia-smi >/dev/null && nvidia-smi --query-gpu=name,driver_version,clocks.max.sm,memory.total --format=csv
 
-# 700 tests. On the CPU, with scalar lanes, they take half a minute; compiling for sm_90 takes 10 s per precision.
-part "kernel tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -m "" -k cuda "${kernel_tests[@]}"
+# An H200's machine took 38 s for these with 8 workers, most of it to compile.
+part "kernel tests on the GPU" 200 "${pytest[@]}" -k cuda "${kernel_tests[@]}"
 if [ -f "$photos/kodim07.png" ]; then
     step kodim07-256 60
     step kodim07-1024 60
@@ -107,8 +108,8 @@ else
     printf '\ncounters left out: they need the program ncu and the step of kodim07-1024\n'
 fi
 
-# 300 tests, in the time left. Those in test_cuda_compile.py compile for a GPU but need none.
-part "other tests on the GPU" 200 "$python" -m pytest -q -p no:cacheprovider -m "" -k "cuda and not cuda_compile" \
+# These took 57 s with 8 workers. Those in test_cuda_compile.py compile for a GPU but need none.
+part "other tests on the GPU" 200 "${pytest[@]}" -k "cuda and not cuda_compile" \
     "${kernel_tests[@]/#/--ignore=}" tests
 
 printf '\n%s s in total\n' "$SECONDS"
