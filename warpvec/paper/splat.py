@@ -20,7 +20,6 @@ from warpvec.paper.stages.splat_binning import SplatBinning
 from warpvec.paper.stages.splat_coverage import SplatCoverage
 from warpvec.paper.stages.splatting import Splatting
 from warpvec.rendering.capacity import Counts
-from warpvec.rendering.stages.compositing import Paint
 from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
 
 
@@ -70,7 +69,7 @@ class SplatRenderer(TileRenderer):
         self._binning.bin_splats(self._splatting, len(scene))
         self._coverage.run(self._splatting, self._binning, scene.opacity)
         # The Gaussians contain the path's opacity already, so coverage is composited as opaque.
-        paint = Paint(scene.color, self._opaque(len(scene)), scene.background, self._lanes)
+        paint = self._compositing.paint(scene.color, self._opaque(len(scene)), scene.background)
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:

@@ -17,7 +17,6 @@ from warpvec.kernels.pixel_slopes import SLOPE_PLANES
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.stages.binning import Binning
-from warpvec.rendering.stages.compositing import Paint
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
 from warpvec.rendering.stages.pixel_slopes import HitSlopes, PixelSlopes
@@ -48,7 +47,7 @@ class ExactRenderer(TileRenderer):
         self._bin(scene)
         self._coverage.run(self._flattening, self._binning)
         self._softening.run(self._binning, self._coverage.slot_winding)
-        paint = Paint(scene.color, scene.opacity, scene.background, self._lanes, scene.gradients)
+        paint = self._compositing.paint(scene.color, scene.opacity, scene.background, scene.gradients)
         visible = self._compositing.find_visible(self._binning, paint)
         return self._binning, visible, self._coverage.slot_winding, paint
 

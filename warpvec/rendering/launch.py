@@ -185,6 +185,7 @@ class _Command:
             kernel, dim=1, inputs=inputs, device=device, block_dim=TILE * TILE, record_tape=False, record_cmd=True
         )
         self._arguments = list(arguments)
+        self._range = (0, 1)
 
     def update(self, arguments: list[Any]) -> None:
         for index, (before, now) in enumerate(zip(self._arguments, arguments, strict=True)):
@@ -193,8 +194,12 @@ class _Command:
                 self._arguments[index] = now
 
     def run(self, first: int, item_count: int) -> None:
-        self._launch.set_param_at_index(0, first)
-        self._launch.set_dim(item_count)
+        first_before, count_before = self._range
+        if first != first_before:
+            self._launch.set_param_at_index(0, first)
+        if item_count != count_before:
+            self._launch.set_dim(item_count)
+        self._range = (first, item_count)
         self._launch.launch()
 
 
@@ -211,6 +216,8 @@ class Buffers:
     def __init__(self, device: Any) -> None:
         self._device = device
         self._arrays: dict[str, wp.array] = {}
+        self._fronts: dict[str, tuple[wp.array, wp.array]] = {}
+        self._views: dict[str, tuple[torch.Tensor, Any]] = {}
         self.growth = 0
 
     def get(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
@@ -233,6 +240,26 @@ class Buffers:
             self._arrays[name] = array
             self.growth += 1
         return array
+
+    def front(self, name: str, array: wp.array, count: int) -> wp.array:
+        """Return the first ``count`` entries of ``array``: the same object as last time if both were the same."""
+        kept, front = self._fronts.get(name, (None, None))
+        if front is None or kept is not array or front.shape[0] != count:
+            front = array[:count]
+            self._fronts[name] = array, front
+        return front
+
+    def view(self, name: str, tensor: torch.Tensor, dtype: Any, *shape: int) -> Any:
+        """Return ``tensor`` in ``shape`` as a Warp array: the same object as last time if the tensor was the same.
+
+        It saves the time to make one, and to set it as an argument. It keeps the tensor, which should be small.
+        """
+        kept, view = self._views.get(name, (None, None))
+        # A tensor that is not contiguous has another pointer: its copy must be made anew each time.
+        if view is None or kept is not tensor or view.ptr != tensor.data_ptr():
+            view = as_warp(tensor.reshape(shape) if shape else tensor, dtype)
+            self._views[name] = tensor, view
+        return view
 
 
 def check_entries(name: str, count: int) -> None:
@@ -271,12 +298,15 @@ def check_total(name: str, counts: wp.array, item_count: int, largest: int, is_r
 def exclusive_scan(buffers: Buffers, name: str, counts: wp.array, item_count: int) -> wp.array:
     """Return the exclusive sums of ``counts[:item_count]``; entry ``item_count`` is the total."""
     sums = buffers.get(name, item_count + 1, wp.int32)
-    wp.utils.array_scan(counts[: item_count + 1], sums[: item_count + 1], inclusive=False)
+    counted, summed = (buffers.front(*each, item_count + 1) for each in ((f"counted {name}", counts), (name, sums)))
+    wp.utils.array_scan(counted, summed, inclusive=False)
     return sums
 
 
 def read_total(sums: wp.array, item_count: int) -> int:
     """Read entry ``item_count`` of ``sums``; on CUDA the host waits for it."""
+    if sums.device is not None and sums.device.is_cpu:
+        return int(sums.numpy()[item_count])
     return int(sums[item_count : item_count + 1].numpy()[0])
 
 

@@ -22,7 +22,7 @@ from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.gradients import GRADIENT_TERMS
 from warpvec.kernels.lanes import Lanes
 from warpvec.kernels.stops import STOP_TERMS, make_functions
-from warpvec.rendering.launch import Launcher, as_warp
+from warpvec.rendering.launch import Buffers, Launcher, as_warp
 from warpvec.rendering.stages.binning import Binning, TileGrid
 from warpvec.rendering.stop_paints import StopAdjoints, StopPaints
 
@@ -54,14 +54,20 @@ class Paint:
     """
 
     def __init__(
-        self, color: Tensor, opacity: Tensor, background: Tensor, lanes: Lanes, gradients: Gradients | None = None
+        self,
+        color: Tensor,
+        opacity: Tensor,
+        background: Tensor,
+        lanes: Lanes,
+        buffers: Buffers,
+        gradients: Gradients | None = None,
     ) -> None:
         self.path_count = len(color)
         self.opacity = opacity.detach()
         self.arrays = [
-            as_warp(color, lanes.vec3),
-            as_warp(opacity, lanes.dtype),
-            as_warp(background.reshape(1, 3), lanes.vec3),
+            buffers.view("color", color, lanes.vec3),
+            buffers.view("opacity", opacity, lanes.dtype),
+            buffers.view("background", background, lanes.vec3, 1, 3),
         ]
         self.gradients: list[Any] = [None, None, None]
         self.stop_arrays: list[Any] = [None, None, None, None]
@@ -72,8 +78,9 @@ class Paint:
         if gradients is not None and gradients.stops is not None:
             self._set_stops(StopPaints(color.detach(), self.opacity, gradients.map(Tensor.detach)), lanes)
         elif gradients is not None:
-            geometry, end_color = as_warp(gradients.geometry, lanes.vec4), as_warp(gradients.end_color, lanes.vec3)
-            self.gradients = [as_warp(gradients.kind, wp.int32), geometry, end_color]
+            kind = buffers.view("kind", gradients.kind, wp.int32)
+            geometry = buffers.view("geometry", gradients.geometry, lanes.vec4)
+            self.gradients = [kind, geometry, buffers.view("end_color", gradients.end_color, lanes.vec3)]
 
     def _set_stops(self, stops: StopPaints, lanes: Lanes) -> None:
         types = make_functions(lanes)
@@ -130,12 +137,12 @@ class PaintAdjoints(NamedTuple):
             assert memory is not None
             memory.copy_(values)
 
-    def of_paths(self, lanes: Lanes) -> list[Any]:
+    def of_paths(self, lanes: Lanes, buffers: Buffers) -> list[Any]:
         """Return the adjoints of the paths as Warp arrays."""
-        values = [as_warp(value, lanes.dtype) for value in (self.opacity, self.opacity_curvature)]
-        end_color = None if self.end_color is None else as_warp(self.end_color, lanes.vec3)
-        geometry = None if self.geometry is None else as_warp(self.geometry, lanes.vec4)
-        return [as_warp(self.color, lanes.vec3), *values, end_color, geometry]
+        dtypes = {"color": lanes.vec3, "opacity": lanes.dtype, "opacity_curvature": lanes.dtype}
+        dtypes |= {"end_color": lanes.vec3, "geometry": lanes.vec4}
+        values = ((name, getattr(self, name), dtype) for name, dtype in dtypes.items())
+        return [None if value is None else buffers.view(f"adj_{name}", value, dtype) for name, value, dtype in values]
 
 
 class Compositing:
@@ -149,6 +156,10 @@ class Compositing:
         # Lowered when memory was too small for more entries.
         self._stack_entries_max = sys.maxsize
         self._buffers = launch.make_buffers()
+
+    def paint(self, color: Tensor, opacity: Tensor, background: Tensor, gradients: Gradients | None = None) -> Paint:
+        """Return the paint of a scene: colours [N, 3], opacities [N], background [3], and gradients."""
+        return Paint(color, opacity, background, self._lanes, self._buffers, gradients)
 
     def find_visible(self, binning: Binning, paint: Paint) -> wp.array:
         """Return the lowest hit of each tile [tiles] that is not hidden behind the tile's full pairs."""
@@ -210,7 +221,7 @@ class Compositing:
         if lanes.width == 1:  # a thread of a GPU would take long for all pairs of a large path
             sums = get("path_sums", (paint.path_count * lanes.reducers, terms), lanes.dtype)
             self._launch(stage.gather_pairs, paint.path_count * threads, [*pairs, pair_sums, sums])
-        arguments = [*pairs, sums, *paint.gradients[:2], *adjoints.of_paths(lanes)]
+        arguments = [*pairs, sums, *paint.gradients[:2], *adjoints.of_paths(lanes, self._buffers)]
         self._launch(stage.gather_paths_adjoint, paint.path_count, arguments)
         if paint.stops is not None:
             stop_sums = torch.empty(
@@ -219,7 +230,8 @@ class Compositing:
             items = [*pairs, pair_sums, paint.stop_arrays[0], as_warp(stop_sums, lanes.dtype)]
             self._launch(stage.gather_stops, stop_sums.numel(), items)
             adjoints.take(paint.stops.adjoints(adjoints.color, stop_sums))
-        self._gather_canvas(stage, tile_sums, scale, as_warp(adjoints.canvas_sums, lanes.dtype))
+        canvas_sums = self._buffers.view("canvas_sums", adjoints.canvas_sums, lanes.dtype)
+        self._gather_canvas(stage, tile_sums, scale, canvas_sums)
 
     def _gather_canvas(self, stage: SimpleNamespace, tile_sums: wp.array, scale: Any, canvas_sums: wp.array) -> None:
         lanes, capacity = self._lanes, self._launch.capacity

@@ -47,7 +47,7 @@ class Flattening:
     def run(self, segments: Tensor, structure: Structure, strokes: Strokes | None = None) -> None:
         """Flatten ``segments`` [R, 3, 2] px, of which ``strokes`` tells the stroked paths."""
         self._follow(structure)
-        total, points = structure.segment_count, self._flat(segments)
+        total, points = structure.segment_count, self._buffers.view("segments", segments, self._lanes.vec2, -1, 2)
         chord_count = self._buffers.get("segment_chord_count", total + 1, wp.int32)
         self._launch(self._kernels.count_chords, total, [points, self.segment_next, chord_count])
         self.has_strokes = strokes is not None
@@ -86,9 +86,6 @@ class Flattening:
         for name in names:
             setattr(self, name, as_warp(getattr(structure, name), wp.int32))
 
-    def _flat(self, segments: Tensor) -> wp.array:
-        return as_warp(segments.reshape(-1, 2), self._lanes.vec2)
-
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
         limit = self._launch.capacity.limit
         row_max = ROW_VERTICES_MAX if self.has_strokes else SEGMENT_CHORDS_MAX
@@ -105,7 +102,8 @@ class Flattening:
 
     def adjoint(self, adj_edges: wp.array, adj_segments: Tensor) -> None:
         """Overwrite ``adj_segments`` [R, 3, 2] with the adjoint for ``adj_edges`` [V] of vec4."""
-        total, adj_points = len(adj_segments), self._flat(adj_segments)
+        total = len(adj_segments)
+        adj_points = self._buffers.view("adj_segments", adj_segments, self._lanes.vec2, -1, 2)
         adj_ends = self._buffers.get("adj_ends", total, self._lanes.vec2)
         arguments = [self.segment_first_vertex, adj_edges, adj_points, adj_ends]
         self._launch.shared(self._kernels.gather_segments_adjoint, total, arguments)
