@@ -68,7 +68,7 @@ import json, sys
 kernels = {
     "flattening": "emit_vertices", "binning": "mark_pairs", "coverage": "accumulate_winding",
     "compositing_adjoint": "composite_adjoint", "coverage_adjoint": "integrate_edges",
-    "flattening, adjoint": "gather_points_adjoint", "regularization": "add_regularizers",
+    "flattening, adjoint": "gather_segments_adjoint", "regularization": "add_regularizers",
     "population": "step_population",
 }
 line = next(line for line in open(sys.argv[1]) if line.startswith("{"))

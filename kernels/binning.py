@@ -5,7 +5,7 @@ left to right. A tile that an edge touches is partial. Any other tile has the sa
 its left neighbour, plus the edges that cross the middle of the strip between the two. A lane is an edge, which looks
 only at the strips that it touches.
 
-On the CPU a work item is a path (``classify_pairs``). On scalar lanes a path would keep one thread of a GPU busy for
+On the CPU a work item is a path (``classify_pairs``). On scalar lanes, the GPU's, a path would keep one thread busy for
 long, so a work item is an edge (``mark_pairs``), then a strip (``classify_strips``).
 
 Sorting puts the pairs of each tile next to one another, lowest path first. A position in that sorted list is a *hit*.

@@ -390,7 +390,7 @@ def make_kernels(
         first: int,
         path_first_pair: wp.array(dtype=int),  # [N + 1]
         pair_class: wp.array(dtype=int),  # [K]
-        sums: wp.array2d(dtype=dtype),  # [K, terms] of pairs, or [N reducers, terms] that ``gather_pairs`` wrote
+        sums: wp.array2d(dtype=dtype),  # of pairs [K, terms]; on scalar lanes of paths [N reducers, terms]
         paint_kind: wp.array(dtype=int),  # [N] this and the next: ``with_gradients`` only
         paint_geometry: wp.array(dtype=vec4),  # [N] px
         # outputs

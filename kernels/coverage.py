@@ -198,7 +198,7 @@ def _of_rows(lanes: Lanes, is_linked: bool) -> Any:
             cross = following
             column += 1
             place += TILE
-        if column < left_column + TILE:
+        if passed != zero and column < left_column + TILE:
             wp.atomic_add(slot_winding, place, passed)
         return left_of_tile
 

@@ -193,7 +193,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             part = (item % tile_threads) * tile_vectors + step
             position = place * TILE + part // blocks
             center = tile * tile_size + part
-            # Warp would take variables that are set to another one for the same.
+            # `second = total` would make both one variable in Warp.
             total, second, third, fourth = v.spread(zero), v.spread(zero), v.spread(zero), v.spread(zero)
             for tap in range(
                 wp.max(-reach[path], -position),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from svg_files import make_scene, path_elements
 
 from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
-from warpvec.drawing.encoding import Encoding
+from warpvec.drawing.encoding import STEP_MAX, STEP_SHARE, Encoding
 from warpvec.drawing.file_options import FileOptions
 from warpvec.image.picture import Picture
 from warpvec.svg.document import parse_svg
@@ -62,6 +63,17 @@ def test_a_large_picture_of_few_paths_has_coarse_units_in_its_exact_proportions(
     rows, columns = made.size
     assert rows < 1000
     assert columns * 1000 == rows * 1500
+
+
+@pytest.mark.parametrize("size", [(2667, 4000), (683, 1024), (667, 1000), (512, 768), (401, 401)])
+def test_the_units_of_a_photo_are_nearly_those_that_its_paths_need(size: tuple[int, int]) -> None:
+    picture = Picture.of(np.full((*size, 3), 0.5, np.float32), 768)
+    made = Encoding.of(picture, make_config(minify=True, curves=300, mode="photo"))
+    made = made.of_photo(made.settings)
+    rows, columns = picture.reduced_size
+    wanted = min(STEP_MAX, STEP_SHARE * math.sqrt(rows * columns / 300))
+    assert made.grid_step == pytest.approx((wanted, wanted), rel=0.03)
+    assert made.size[0] / made.size[1] == pytest.approx(size[0] / size[1], abs=0.01 / made.size[1])
 
 
 def test_a_given_size_changes_no_coordinate() -> None:

@@ -116,6 +116,41 @@ def test_a_buffer_has_its_other_axes_as_asked() -> None:
     assert buffers.get("empty", 0, wp.int32).shape[0] >= 0
 
 
+def test_a_view_shows_a_tensor_as_it_is_now(device: str) -> None:
+    buffers = Launcher(resolve_device(device)).make_buffers()
+    values = torch.arange(6.0, device=device)
+    first = buffers.view("values", values, wp.float32)
+    values += 1.0
+    assert buffers.view("values", values, wp.float32) is first
+    assert first.numpy().tolist() == values.tolist()
+    other = torch.arange(6.0, device=device) + 7.0
+    assert buffers.view("values", other, wp.float32).numpy().tolist() == other.tolist()
+    apart = other[::2]  # its copy must be a new one each time
+    buffers.view("values", apart, wp.float32)
+    other += 1.0
+    assert buffers.view("values", apart, wp.float32).numpy().tolist() == apart.tolist()
+
+
+def test_a_view_keeps_no_graph_of_autograd() -> None:
+    buffers = Launcher("cpu").make_buffers()
+    seed = torch.ones(3, requires_grad=True)
+    factor = torch.full((3,), 2.0)
+    product, kept = seed * factor, weakref.ref(factor)
+    buffers.view("values", product, wp.float32)
+    del product, factor
+    assert kept() is None
+
+
+def test_the_front_of_an_array_is_that_of_its_present_length() -> None:
+    buffers = Launcher("cpu").make_buffers()
+    array = buffers.get("values", 8, wp.int32)
+    front = buffers.front("values", array, 5)
+    assert buffers.front("values", array, 5) is front and front.shape == (5,)
+    assert buffers.front("values", array, 6).shape == (6,)
+    larger = buffers.get("values", 80, wp.int32)
+    assert buffers.front("values", larger, 6).ptr == larger.ptr
+
+
 def test_a_buffer_that_kernels_cannot_index_is_refused() -> None:
     rule = "scene is too large for the renderer (pair_key needs 2,147,483,648 of at most 2,147,483,647 entries); fit at"
     with pytest.raises(InputError, match=re.escape(rule)):

@@ -58,6 +58,20 @@ def test_paths_that_are_sharp_cost_nothing_and_change_nothing(backend: Backend) 
         assert torch.equal(getattr(got, name), getattr(want, name))
 
 
+def test_each_background_has_the_image_and_the_adjoints_of_a_scene_over_it(backend: Backend) -> None:
+    scene, renderer = soft_scene(6, HEIGHT, WIDTH).to(backend.device), make_renderer(backend)
+    backgrounds = torch.rand(2, 3, dtype=torch.float64, device=backend.device)
+    adj_images = torch.randn(2, HEIGHT, WIDTH, 3, dtype=torch.float64, device=backend.device)
+    images = list(renderer.render_over(scene, list(backgrounds)))
+    adjoints = list(renderer.adjoints_over(scene, zip(adj_images, backgrounds, strict=True)))
+    for background, adj_image, image, got in zip(backgrounds, adj_images, images, adjoints, strict=True):
+        over = replace(scene, background=background)
+        assert torch.equal(image, renderer.render(over))
+        want = renderer.adjoint(over, adj_image)
+        for name in ("segments", "color", "opacity", "softness"):
+            assert torch.equal(getattr(got, name), getattr(want, name))
+
+
 def test_the_number_of_threads_and_the_scene_before_change_no_bit() -> None:
     scene, target, results = in_float32(soft_scene(3, HEIGHT, WIDTH)), torch.rand(HEIGHT, WIDTH, 3), []
     for threads in (1, 2, 3):

@@ -221,7 +221,7 @@ def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) 
     """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
     names = [NEAREST, *KERNELS] if kernel is None else [kernel]
     if along.is_clean and across.is_clean and not any(_may_be_exact(along, size, each) for each in names):
-        return None  # what is cut off takes longer to see
+        return None  # the test of cut-off values is slower, and could not change this
     name = min(names, key=lambda each: along.unexplained(size, each, True)) if kernel is None else kernel
     limit = CONDITION.nearest_dip_max if name == NEAREST else CONDITION.dip_max
     if name == NEAREST and along.length % size:

@@ -33,7 +33,7 @@ from warpvec.kernels.constants import (
     XING_SCALE,
 )
 from warpvec.kernels.lanes import Lanes, make_lanes
-from warpvec.rendering.launch import Launcher, as_warp
+from warpvec.rendering.launch import Launcher
 
 SIDE_TIP_PARAMETER = TIP_PARAMETER / 2
 """Curve parameter at which the tips of a side end: 5 of 128 samples of the outline, as for cubics, but along a curve
@@ -67,8 +67,7 @@ class Regularization:
         self._pixel = (2.0 / width, 2.0 / height)
         self._weights = (config.xing_weight * XING_SCALE, config.bezier_weight, config.opacity_weight)
         self._launch = Launcher(device, threads=1)
-        self._scene: Scene | None = None
-        self._inputs: list[Any] = []
+        self._buffers = self._launch.make_buffers()
 
     def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
         """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `regularization`, in place."""
@@ -78,27 +77,17 @@ class Regularization:
             self._add_by_autograd(scene, adj_segments, adj_opacity)
 
     def _add_of_cubics(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        if scene is not self._scene:
-            self._prepare(scene)
-        outputs = [adj_segments.view(-1, 2), adj_opacity]
-        lanes = self._lanes(scene)
-        views = [
-            wp.from_torch(values, dtype=dtype, return_ctype=True)
-            for values, dtype in zip(outputs, (lanes.vec2, lanes.dtype), strict=True)
-        ]
-        self._launch(kernels.make_kernels(lanes).add_regularizers, len(scene), [*self._inputs, *views])
+        lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
+        structure, view = scene.structure, self._buffers.view
+        points = view("segments", scene.segments, lanes.vec2, -1, 2)
+        names = ("path_first_segment", "segment_next", "segment_previous")
+        rows = [view(name, getattr(structure, name), wp.int32) for name in names]
+        inputs = [points, view("opacity", scene.opacity, lanes.dtype), *rows, len(scene), *self._settings(lanes)]
+        outputs = [view("adj_segments", adj_segments, lanes.vec2, -1, 2), view("adj_opacity", adj_opacity, lanes.dtype)]
+        self._launch(kernels.make_kernels(lanes).add_regularizers, len(scene), [*inputs, *outputs])
 
-    def _lanes(self, scene: Scene) -> Lanes:
-        return make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
-
-    def _prepare(self, scene: Scene) -> None:
-        """Prepare the arguments for ``scene``, whose values may change in their memory from step to step."""
-        lanes, structure = self._lanes(scene), scene.structure
-        points = as_warp(scene.segments.reshape(-1, 2), lanes.vec2)
-        rows = (structure.path_first_segment, structure.segment_next, structure.segment_previous)
-        arrays = [points, as_warp(scene.opacity, lanes.dtype), *(as_warp(row, wp.int32) for row in rows)]
-        settings = [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]
-        self._scene, self._inputs = scene, [*arrays, len(scene), *settings]
+    def _settings(self, lanes: Lanes) -> list[Any]:
+        return [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]
 
     @torch.enable_grad()
     def _add_by_autograd(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:

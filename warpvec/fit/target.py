@@ -107,8 +107,10 @@ class Target:
             self._similarities = [Similarity(pixels, self._path_count) for pixels, _ in self._views]
             blank = torch.zeros_like(self._views[0][0][..., 0])
             self._prepared = [(self._renderer.prepare_target(pixels, blank), matte) for pixels, matte in self._views]
-        for view, ((pixels, matte), similarity) in enumerate(zip(self._views, self._similarities, strict=True)):
-            image = self._renderer.render(_over(scene, matte))
+        mattes = [scene.background if matte is None else matte for _, matte in self._views]
+        images = self._renderer.render_over(scene, mattes)
+        for view, (image, similarity) in enumerate(zip(images, self._similarities, strict=True)):
+            pixels, _ = self._views[view]
             shift = similarity.shift(image, weight * (image - pixels).square().mean())
             self._renderer.change_shift(self._prepared[view][0], shift)
             self._aims[view] = pixels + shift[..., None]

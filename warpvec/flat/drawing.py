@@ -245,7 +245,7 @@ class FlatDrawing:
 
 
 def watch_for_cutting(watch: Watch, scene: Scene) -> Watch:
-    """Return the watch for cutting ``scene``: one of very many coordinates is cut as if late, unless time is left."""
+    """Return the watch for cutting ``scene``: little time left means less care for one of very many coordinates."""
     return watch.ahead(DRAWING.share_for_cutting) if _has_many_values(scene) else watch
 
 

@@ -81,7 +81,7 @@ class SoftDrawing:
     def _soft(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
         """Return the drawing with soft paths; None if there is no shadow, what casts one has no outline, or time is up.
 
-        If the user stops it, what is left to do takes no time.
+        After Ctrl-C the remaining stages return at once.
         """
         if not self._shadows:
             return None

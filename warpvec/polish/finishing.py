@@ -159,7 +159,9 @@ class _Finish:
         """Return ``scene`` with its points at multiples of ``step`` and its other values fitted to them."""
         variables = self._variables(scene, keeps_softness=True)
         x = variables.start
-        for group in point_groups(variables, self._config.seed):
+        # Without time for a fit after each group, all points are one group.
+        groups = [torch.ones_like(variables.is_free)] if self._is_over else point_groups(variables, self._config.seed)
+        for group in groups:
             x = rounded_points(variables, x, group, step)
             found = self._lowest(variables, x, round(ROUNDING_SHARE * self._turn))
             x = x if found is None else found.x

@@ -2,7 +2,7 @@
 
 Warp runs a CPU launch on the calling thread and releases the GIL. A launch is therefore cut into chunks of work items,
 which several Python threads take in turn; on a busy machine fewer threads do (``thread_choice.py``). The work items of
-a kernel write disjoint entries, so the result does not depend on which thread ran which item.
+a kernel that threads share write disjoint entries, so the result does not depend on which thread ran which item.
 
 Importing this module has a side effect: in every process that is then forked from this one, torch runs on one thread.
 """
@@ -12,6 +12,7 @@ from __future__ import annotations
 import logging
 import os
 import time
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, partial
@@ -217,7 +218,7 @@ class Buffers:
         self._device = device
         self._arrays: dict[str, wp.array] = {}
         self._fronts: dict[str, tuple[wp.array, wp.array]] = {}
-        self._views: dict[str, tuple[torch.Tensor, Any]] = {}
+        self._views: dict[str, tuple[weakref.ref[torch.Tensor], Any]] = {}
         self.growth = 0
 
     def get(self, name: str, shape: int | tuple[int, ...], dtype: Any) -> wp.array:
@@ -252,13 +253,14 @@ class Buffers:
     def view(self, name: str, tensor: torch.Tensor, dtype: Any, *shape: int) -> Any:
         """Return ``tensor`` in ``shape`` as a Warp array: the same object as last time if the tensor was the same.
 
-        It saves the time to make one, and to set it as an argument. It keeps the tensor, which should be small.
+        So no array is made, and no argument set, for a tensor that stays. The memory is kept until the next call with
+        this name, but no graph of autograd.
         """
         kept, view = self._views.get(name, (None, None))
         # A tensor that is not contiguous has another pointer: its copy must be made anew each time.
-        if view is None or kept is not tensor or view.ptr != tensor.data_ptr():
+        if kept is None or view is None or kept() is not tensor or view.ptr != tensor.data_ptr():
             view = as_warp(tensor.reshape(shape) if shape else tensor, dtype)
-            self._views[name] = tensor, view
+            self._views[name] = weakref.ref(tensor), view
         return view
 
 

@@ -115,7 +115,10 @@ class TileRenderer(ABC):
         return self._composite(self._cover(scene))
 
     def render_over(self, scene: Scene, backgrounds: Sequence[Tensor]) -> Iterator[Tensor]:
-        """Yield the image [h, w, 3] over each of the ``backgrounds`` [3]; each path is covered once for all of them."""
+        """Yield the image [h, w, 3] over each of the ``backgrounds`` [3]; each path is covered once for all of them.
+
+        Nothing else may be drawn before the last one is taken.
+        """
         binning, visible, winding, paint = self._cover(scene)
         for background in backgrounds:
             yield self._composite((binning, visible, winding, paint.over(background, self._lanes)))

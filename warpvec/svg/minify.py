@@ -38,7 +38,7 @@ _GROUP = '<g fill-opacity=""></g>'
 
 
 def write_minified(
-    scene: Scene, width: int, height: int, sides: tuple[str, str], *, precision: int = 0, keeps_layers: bool = False
+    scene: Scene, width: int, height: float, sides: tuple[str, str], *, precision: int = 0, keeps_layers: bool = False
 ) -> str:
     """Return the short SVG text of ``quantize(scene, precision)`` on a canvas of ``width`` x ``height`` user units.
 

@@ -8,7 +8,6 @@ there is, or fail an assertion that ends the process.
 from __future__ import annotations
 
 import io
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,10 @@ _BAND_PIXELS = 4_000_000
 """Pixels of a drawing that are converted at a time."""
 
 _KEPT_MAX = 2**20
-"""Longest text in characters whose drawing is kept for the next call."""
+"""Longest text in characters, and most bytes of its drawing, that are kept for the next call: a run measures its file
+several times, and a child process takes a tenth of an icon's fit."""
+
+_last_drawing: dict[tuple[str, tuple[tuple[str, Any], ...]], bytes] = {}
 
 # The fonts of the system are not loaded: that takes time, they differ between machines, and paths need none.
 _OPTIONS = {"dpi": 96, "skip_system_fonts": True}
@@ -70,19 +72,17 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
-    draw = _draw_again if len(text) <= _KEPT_MAX else _drawn_in_sandbox
-    return draw(text, tuple(options.items()))
-
-
-def _drawn_in_sandbox(text: str, options: tuple[tuple[str, Any], ...]) -> bytes:
+    key = (text, tuple(options.items()))
+    if key in _last_drawing:
+        return _last_drawing[key]
     try:
-        return run_in_sandbox("warpvec.svg.resvg_work", text.encode(), **dict(options))
+        png = run_in_sandbox("warpvec.svg.resvg_work", text.encode(), **options)
     except SandboxError as error:
         raise _refusal(str(error)) from None
-
-
-_draw_again = lru_cache(maxsize=1)(_drawn_in_sandbox)
-"""Keeps the last drawing: a run measures its file several times, and a child process takes a tenth of an icon's fit."""
+    _last_drawing.clear()
+    if max(len(text), len(png)) <= _KEPT_MAX:
+        _last_drawing[key] = png
+    return png
 
 
 def _refusal(reason: str) -> InputError:

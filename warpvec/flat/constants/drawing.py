@@ -25,8 +25,8 @@ class DrawingConstants:
     does not need: one step of either with a Hilbert curve of 84,000 segments takes one to two seconds."""
 
     share_for_cutting: float = 0.4
-    """Share of a time budget that must be left after the fits of so many coordinates to cut them apart, and to cut them
-    with care: a spiral of 42,000 coordinates takes 6 seconds with care, and 2 without."""
+    """Coordinates of a large drawing, and the share of a time budget that must be left when its fits end. With less
+    left, cutting takes less care: a spiral of 42,000 coordinates takes 6 seconds with care, and 2 without."""
 
     gradient_steps: int = 6
     """Steps by gradients alone, with which large drawings are fitted, in place of each iteration."""

@@ -81,8 +81,8 @@ class LetteringConstants:
 
     agreeing_pixels: int = 4
     agreeing_marks: int = 2
-    """Pixels as pure as the purest of a word, and marks that have one, from which they show its ink: without them, gray
-    words of a page took the colour of the thin ring beside them."""
+    """Least number of pixels as pure as the purest one, and of marks that have such pixels, from which a word shows its
+    ink: without them, gray words of a page took the colour of the thin ring beside them."""
 
     # Words too small to be read (regions/small_text.py)
 

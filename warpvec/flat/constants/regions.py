@@ -203,7 +203,8 @@ class RegionConstants:
     one."""
 
     shared_area_min: int = 32
-    """Smaller areas are not compared with the ramps of others, and have none in any case."""
+    """Smaller areas are not compared with the ramps of others, nor have a ramp of their own, except by
+    ``small_ramp_deviation``."""
 
     small_ramp_deviation: float = 4 / 255
     """In clean pictures smaller areas, too, have a ramp if a flat paint leaves so much as a root mean square, and the

@@ -88,8 +88,8 @@ class SoftnessConstants:
     bands are not tried: they would need half of the error, or a quarter of the bytes. The logo of the tests has 1.8."""
 
     lights_blur_min: float = 2.5
-    """Least blur in pixels that a picture of soft spots alone seems to have. One with less is rather a blurred drawing
-    of sharp shapes: scans and enlarged logos have 0.5 to 2.3."""
+    """Least blur in pixels from which a blurred picture may be one of soft spots alone. One with less is rather a
+    blurred drawing of sharp shapes: scans and enlarged logos have 0.5 to 2.3."""
 
     clean_max: float = 6.0 / 255.0
     """Largest difference of two pixels of a picture without its soft spots if nothing else is on its ground."""
@@ -138,7 +138,7 @@ class SoftnessConstants:
     """Most shadows of a picture, each with a look of its own."""
 
     things_max: int = 12
-    """Most things on a ground around each of which a shadow is looked for; more are the letters of a text."""
+    """Most things on a ground around each of which a shadow is looked for; more are taken for letters of a text."""
 
     part_unexplained: float = 0.05
     """The same as ``coarse_unexplained`` around one of several things. Shadows there leave below 0.01, the edges of

@@ -14,7 +14,7 @@ _OWNER_GAP = 10.0
 """Distance that is added between samples of different owners, which never face each other."""
 
 _DIRECTION_GAP = 0.1
-"""Distance in pixels that counts for a turn by 60 degrees: samples of one side are then 0.2 from being opposite, beyond
+"""Distance in pixels that a turn by 60 degrees counts as: samples of one side are then 0.2 from being opposite, beyond
 the width of a neck, and those of both sides 0.045 at most."""
 
 _TIP_SAMPLES = 5
@@ -132,7 +132,7 @@ def _mates(places: Floats, along: Floats, owner: Integers) -> Integers:
 def _near_opposite(places: Floats, along: Floats, owner: Integers) -> Integers:
     """Return the samples [n] that may have a mate: one of their owner, near in place and in the opposite direction.
 
-    A fraction of the direction counts as a place, so that samples of their own side are far from them.
+    The direction, times ``_DIRECTION_GAP``, is part of the place, so that samples of their own side are far from them.
     """
     turned = _DIRECTION_GAP * along
     samples = np.concatenate([places, _OWNER_GAP * owner[:, None], turned], 1)

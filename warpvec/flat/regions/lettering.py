@@ -276,7 +276,7 @@ def _inks(words: list[list[_Mark]], paints: Paints, is_pure: Mask, tolerances: T
     """Return the ink of each of the ``words``: a known paint that it nearly reaches, or its purest colour.
 
     The purest colours of other words on the same ground are known too. A word whose marks agree on their purest colour
-    has that one, or a paint that ``is_pure`` [K], for what only mixes show may be any colour.
+    has that one, or a paint that ``is_pure`` [K], for the colour of a paint that only mixed pixels show is uncertain.
     """
     deepest = [max(word, key=lambda mark: mark.depth) for word in words]
     is_flat = paints.kind == FLAT

@@ -95,7 +95,7 @@ def find_cards(
 ) -> Iterator[Ground]:
     """Yield the largest plateaus inside a picture that have at least a share of it.
 
-    A card goes around its shadow: none is found that reaches the edge of its card.
+    A shadow that reaches the edge of its card is not found.
     """
     left = plateaus.copy()
     for _ in range(SOFTNESS.cards_max):

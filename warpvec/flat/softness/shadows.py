@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +104,7 @@ def _best_shadow(image: Floats32, find: _FindGrounds, is_time_up: Callable[[], b
         return None
     best = None
     for ground in find(levels, plateaus, count):
-        for part in (ground, *ground.parts()):
+        for part in chain([ground], ground.parts()):
             if is_time_up():
                 return best
             found = _found_on(part, levels, plateaus, count, is_time_up)

@@ -86,8 +86,9 @@ class Binning:
     def _classify_by_edge(self, flattening: Flattening, path_count: int, arrays: dict[str, wp.array]) -> None:
         assert flattening.structure is not None
         marks = [arrays["winding"], arrays["is_partial"]]
-        for mark in marks:
-            mark.zero_()
+        marks[0].zero_()
+        if self._launch.capacity.limit is None:  # else ``admit_pairs`` has cleared them
+            marks[1].zero_()
         edges = [flattening.vertices, flattening.edge_end, flattening.edge_path]
         segments = [flattening.segment_first_vertex, flattening.structure.segment_count]
         arguments = [*edges, *segments, self.path_tile_box, self.path_first_pair, *marks]
