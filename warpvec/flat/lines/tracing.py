@@ -60,6 +60,8 @@ def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | Non
     if not len(ink.control):
         return LineTracing([], ink.speck_count)
     lines, wide = _lines_of(ink)
+    if not lines:
+        return LineTracing([], ink.speck_count, wide.number)
     fitted = _fitted(lines, without(ink.paper, wide.hidden), settings, watch)
     return LineTracing(fitted, ink.speck_count, wide.number)
 
