@@ -94,6 +94,14 @@ def test_no_place_for_kernels_at_all_is_wrong_input(tmp_path: Path) -> None:
     assert "InputError: WARP_CACHE_PATH must name a folder" in message
 
 
+def test_kernels_are_used_where_they_are_if_there_is_no_place_for_others(tmp_path: Path) -> None:
+    """As in a container whose disk is read-only."""
+    (own, *_), _ = start(tmp_path, tmp_path)
+    (Path(own) / "wp_kernel").mkdir()
+    (used, kernels, *_), message = start(tmp_path, tmp_path, "full", "nowhere")
+    assert (used, kernels, message) == (own, "wp_kernel", "")
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no locks of folders")
 def test_the_folders_of_killed_processes_are_removed(tmp_path: Path) -> None:
     (tmp_path / "file").touch()

@@ -46,9 +46,20 @@ def _use_temporary_folder(folder: Path, reason: str) -> str | None:
     """Make a folder with the kernels of ``folder`` for this process and its children; return the message.
 
     There is no message if ``folder`` has kernels: somebody has compiled them for a place that cannot be written. If the
-    kernels are of another version, the message comes at the end.
+    kernels are of another version, the message comes at the end. They are used where they are if there is no place for
+    another folder.
+
+    Raises:
+        InputError: there is no such place, and ``folder`` has no kernels.
     """
-    base = _make_temporary_folder(folder, reason)
+    try:
+        base = make_locked_folder(_PREFIX)
+    except OSError as error:
+        if _kernels_in(folder):
+            return None
+        rule = "must name a folder for compiled kernels that can be written, as there is none for temporary files"
+        value = f"{str(folder)!r} ({reason})"
+        raise InputError("WARP_CACHE_PATH", rule, value, "set it to another folder") from error
     os.environ["WARP_CACHE_PATH"] = wp.config.kernel_cache_dir = base
     wp.init()  # it has failed, or has been done with the other folder
     temporary = Path(base) / str(wp.config.version)  # as Warp names it
@@ -62,20 +73,6 @@ def _use_temporary_folder(folder: Path, reason: str) -> str | None:
         return message
     atexit.register(_say_if_compiled, temporary, os.getpid(), message)  # before `_remove`, the last one comes first
     return None
-
-
-def _make_temporary_folder(folder: Path, reason: str) -> str:
-    """Make a folder for the kernels of this process, which lasts as long as it.
-
-    Raises:
-        InputError: there is no place for it.
-    """
-    try:
-        return make_locked_folder(_PREFIX)
-    except OSError as error:
-        rule = "must name a folder for compiled kernels that can be written, as there is none for temporary files"
-        value = f"{str(folder)!r} ({reason})"
-        raise InputError("WARP_CACHE_PATH", rule, value, "set it to another folder") from error
 
 
 class _HeaderFolders(dict[int, Any]):
@@ -107,10 +104,18 @@ def _keep_headers() -> None:
 
 def _link_kernels(folder: Path, temporary: Path) -> bool:
     """Link the compiled kernels of ``folder`` in ``temporary``; return whether there are any."""
-    with suppress(OSError):  # the folder cannot be read, or the system has no links
-        for module in folder.glob("wp_*"):
+    with suppress(OSError):  # the system has no links
+        for module in _kernels_in(folder):
             (temporary / module.name).symlink_to(module)
     return any(temporary.iterdir())
+
+
+def _kernels_in(folder: Path) -> list[Path]:
+    """Return the folders of compiled kernels in ``folder``; none if it cannot be read."""
+    try:
+        return list(folder.glob("wp_*"))
+    except OSError:
+        return []
 
 
 def _say_if_compiled(folder: Path, process: int, message: str) -> None:
