@@ -39,6 +39,10 @@ CALLS = (
 """Names of calls, and their settings."""
 
 
+SECONDS = 2.0
+"""Longest time of most calls: noise drawn as flat art takes up to a minute without."""
+
+
 def picture(chance: Random) -> NDArray[np.uint8]:
     """Return a small picture [h, w, 3 or 4]."""
     height, width = chance.randrange(16, 40), chance.randrange(16, 40)
@@ -67,7 +71,8 @@ def call(name: str, settings: dict[str, object], chance: Random) -> str:
             )
             warpvec.refine(levels, drawing.encode(), iterations=3, threads=threads, device="cpu")
         else:
-            result = warpvec.vectorize(levels, threads=threads, device="cpu", **settings)
+            budget = {} if settings.get("max_bytes") else {"time_budget": SECONDS}
+            result = warpvec.vectorize(levels, threads=threads, device="cpu", **budget, **settings)
             assert result.svg() and result.metrics
     except InputError:
         return "refused"

@@ -12,6 +12,7 @@ import struct
 import tempfile
 import zipfile
 from copy import deepcopy
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -34,8 +35,26 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "gradients": {"gradients": 0.5, "iterations": 8},
     "splat": {"renderer": "splat", "samples": 8, "lines": 4},
     "sides": {"renderer": "splat", "path_model": "sides", "degree": 3, "samples": 8, "lines": 4},
+    "nodes": {"recycle_gap": 6, "iterations": 56, "xing_weight": 0.5},
+    "short file": {"minify": True, "recycle_gap": 6, "iterations": 56},
+    "transparent": {"gradients": 0.5, "iterations": 8},
+    "given paths": {"gradients": 0.6, "iterations": 8},
 }
 """Fits whose states differ in what they hold."""
+
+DRAWING = """<svg xmlns="http://www.w3.org/2000/svg" width="32" height="24"><defs>
+<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="2" x2="20"><stop stop-color="#fff"/><stop offset=".4"
+stop-color="#f00"/><stop offset="1" stop-color="#00f" stop-opacity=".5"/></linearGradient>
+<radialGradient id="b" gradientUnits="userSpaceOnUse" cx="9" cy="9" r="8"><stop stop-color="#0f0"/><stop offset="1"
+stop-color="#00f"/></radialGradient><filter id="f"><feGaussianBlur stdDeviation="1.5"/></filter></defs>
+<rect x="1" y="2" width="20" height="9" rx="2" fill="url(#a)"/><circle cx="9" cy="9" r="6" fill="url(#b)"/>
+<path d="M3 20C9 12 18 12 29 20" fill="none" stroke="#123" stroke-width="2"/>
+<ellipse cx="24" cy="12" rx="5" ry="3" fill="#a4c" filter="url(#f)"/>
+<path d="M2 2H30V22H2zM5 5V19H27V5z" fill-rule="evenodd" fill="#345"/></svg>"""
+"""What the fit of "given paths" starts with: forms and a stroke, which become outlines, gradients, and a hole."""
+
+NEW_FIELDS = ("forms", "strokes", "softness", "stops", "is_open", "__tensor__", "layers", "kind", "x")
+"""Fields that are added to a part of a state: those of scenes that no fit has, and others."""
 
 VALUES: tuple[Any, ...] = (
     None, True, False, 0, 1, -1, 3, 8, 9, 2**31, 2**63 - 1, 2**63, -(2**63), 10**40, 0.5, -0.5, 1e308, float("nan"),
@@ -43,6 +62,13 @@ VALUES: tuple[Any, ...] = (
     {"__tensor__": 99}, {"__tensor__": -1}, {"__tensor__": "0"}, {"__tensor__": None}, {"__tensor__": {}},
 )  # fmt: skip
 """What a number, a text or an array in the header is replaced by."""
+
+ADDED: tuple[Any, ...] = tuple(
+    {name: {"__tensor__": number} for name in names}
+    for names in (("kind", "numbers"), ("width", "cap", "join", "miter_limit"), ("deviation",), ("count", "offset"))
+    for number in (0, 1, 5)
+)
+"""Values of fields that are added, with arrays that others refer to as well."""
 
 ARRAY_CHANGES = (
     "empty", "half", "one less", "one more", "twice", "flat", "new axis", "no axis", "swapped", "nan", "inf", "huge",
@@ -62,6 +88,11 @@ def case(chance: Random) -> Case:
     changes = []
     for _ in range(chance.choice([1, 1, 1, 2, 4])):
         path = chance.choice(paths(header))
+        if chance.random() < 0.1:
+            path = f"{path}.{chance.choice(NEW_FIELDS)}"
+            changes.append((path, "added", chance.choice([*VALUES, *ADDED])))
+            changed(header, arrays, *changes[-1])
+            continue
         is_array = _is_array(_at(header, path)) and chance.random() < 0.9
         change = chance.choice(ARRAY_CHANGES) if is_array else chance.choice(["value", "value", "value", "missing"])
         value = None if is_array else chance.choice(VALUES)
@@ -85,16 +116,28 @@ def check(data: bytes, folder: Path, name: str) -> str:
     path = folder / "fit.ckpt"
     path.write_bytes(data)
     checkpoint = read_checkpoint(path)
-    drawing = draw_picture(Request.of(photo(), _config(name)), Photo(resume=checkpoint))
+    drawing = draw_picture(Request.of(photo(name), _config(name)), Photo(resume=checkpoint))
     if "nan" in drawing.text.partition("<metadata")[0] or not np.isfinite(drawing.scene.segments.numpy()).all():
         raise Wrong("a file of points that are not finite")
     return OK
 
 
 @cache
-def photo() -> NDArray[np.float32]:
-    """Return the picture of all fits [24, 32, 3]."""
-    return np.random.default_rng(0).random((24, 32, 3), np.float32)
+def photo(name: str) -> NDArray[np.float32]:
+    """Return the picture of a fit, [24, 32, 3], or with alpha [24, 32, 4] for the one that is called transparent."""
+    return np.random.default_rng(0).random((24, 32, 4 if name == "transparent" else 3), np.float32)
+
+
+def _start(name: str) -> Any:
+    """Return the scene that a fit starts with, as `warpvec refine` gives it to a fit, or None."""
+    if name != "given paths":
+        return None
+    from warpvec.geometry.scene import over_white
+    from warpvec.svg.read import read_svg
+    from warpvec.svg.stroke_outlines import without_strokes
+
+    scene = over_white(without_strokes(read_svg(DRAWING).scene.outlined()))
+    return replace(scene, gradients=replace(scene.gradients, stops=None), softness=None)
 
 
 @cache
@@ -106,9 +149,10 @@ def checkpoint_of(name: str) -> bytes:
     from warpvec.fit.loop import fit
     from warpvec.fit.state import Saving, digest
 
-    config, target = _config(name), torch.from_numpy(photo())
+    config, target = _config(name), torch.from_numpy(photo(name))
     states: list[dict[str, Any]] = []
-    fit(target, config, None, saving=Saving(config.iterations - 1, lambda state: states.append(deepcopy(state))))
+    saving = Saving(config.iterations - 1, lambda state: states.append(deepcopy(state)))
+    fit(target, config, None, start=_start(name), saving=saving)
     state = _without_times(states[0])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "fit.ckpt"
@@ -118,14 +162,14 @@ def checkpoint_of(name: str) -> bytes:
 
 def _without_times(state: dict[str, Any]) -> dict[str, Any]:
     """Return the state of a fit with other numbers in place of the seconds that it took, which differ each time."""
-    history = [{**record, "seconds": float(number)} for number, record in enumerate(state["history"])]
+    history = [{**record, "seconds": number / 1000} for number, record in enumerate(state["history"])]
     return {**state, "seconds": 0.5, "first_seconds": 0.25, "history": history}
 
 
 def _config(name: str) -> Any:
     from warpvec.config.presets import make_config
 
-    return make_config("default", **{"curves": 8, "iterations": 3, "threads": 1, **SETTINGS[name]})
+    return make_config("default", **{"mode": "photo", "curves": 8, "iterations": 3, "threads": 1, **SETTINGS[name]})
 
 
 def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
@@ -151,9 +195,12 @@ def paths(value: Any, before: str = "") -> list[str]:
 
 
 def changed(header: dict[str, Any], arrays: dict[str, NDArray[Any]], path: str, change: str, value: Any) -> None:
-    """Change the array or the value at ``path`` in place: one of `ARRAY_CHANGES`, "value" or "missing"."""
+    """Change the array or the value at ``path`` in place: one of `ARRAY_CHANGES`, "value", "missing" or "added"."""
     *parents, name = path.split(".")
     place = _at(header, ".".join(parents)) if parents else header
+    if change == "added" and isinstance(place, dict):
+        place[name] = value
+        return
     if not isinstance(place, dict) or name not in place:  # an earlier change took it away
         return
     if change == "value":

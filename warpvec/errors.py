@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-_VALUE_MAX = 500
-"""Most characters of a value in a message: more than any file name has."""
-
+_VALUE_MAX = 300
+"""Most characters of a value in a message: more than a file name has, and the message stays one line to read."""
 
 _NAME = re.compile(r"(?<![-\w])[a-z]+(?:_[a-z]+)+\b")
 """A name of several words, as Python writes them."""
@@ -47,5 +46,5 @@ def _shortened(value: str) -> str:
     """Return ``value``, without its middle if that is long: a number can have any number of digits."""
     if len(value) <= _VALUE_MAX:
         return value
-    half = _VALUE_MAX // 4
+    half = _VALUE_MAX // 3
     return f"{value[:half]}... ({len(value)} characters) ...{value[-half:]}"

@@ -143,6 +143,11 @@ def test_equal_seeds_give_equal_inputs(module):
     assert first == again != other
 
 
+@pytest.mark.parametrize("name", torture_checkpoints.SETTINGS)
+def test_checkpoints_are_accepted_before_they_are_damaged(name, tmp_path):
+    assert torture_checkpoints.check(torture_checkpoints.checkpoint_of(name), tmp_path, name) == OK
+
+
 def test_a_changed_png_keeps_its_checksums():
     (data, *_) = torture_image_files.seeds("png")
     cut = data.replace(b"IDAT", b"IDAX")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,26 @@ def test_a_limit_on_the_size_of_files_is_reported_in_one_line(photo: Path, monke
         f"a file would be larger than is allowed (File too large), {out!r} could not be written; "
         "raise the limit (ulimit -f)"
     )
+
+
+def test_a_disk_that_became_read_only_is_named_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the system makes it after an error of the disk."""
+    monkeypatch.setattr(files.os, "fsync", _failing(errno.EROFS))
+    monkeypatch.chdir(tmp_path)
+    Path("drawing.svg").write_text(DRAWING, encoding="utf-8")
+    line = _line(invoke("view", "drawing.svg", "--report", "page.html"))
+    assert line == "'page.html' could not be written (Read-only file system); make its folder one that can be written"
+
+
+def _no_folder(*_: object, **__: object) -> str:
+    raise FileNotFoundError(errno.ENOENT, "No usable temporary directory found")
+
+
+def test_a_page_needs_a_name_where_there_is_no_folder_for_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "mkdtemp", _no_folder)
+    monkeypatch.chdir(tmp_path)
+    Path("drawing.svg").write_text(DRAWING, encoding="utf-8")
+    assert_refused(invoke("view", "drawing.svg"), "--report must be given where no folder for temporary files")
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full, which only Linux has")

@@ -87,6 +87,14 @@ def test_specks_and_small_holes_are_left_out_and_counted() -> None:
     assert found.scene.structure.loop_count == 3
 
 
+def test_pixels_of_exactly_the_level_that_parts_ink_and_paper_are_no_outlines() -> None:
+    """Around each of them there is an outline of four equal points."""
+    levels = np.random.default_rng(0).integers(240, 249, (24, 24, 1), np.uint8).repeat(3, 2)
+    found = mono_tracing(levels, min_area=0.0)
+    assert found.scene.structure.loop_count > 10
+    assert found.speck_count > 0
+
+
 def test_transparent_pixels_are_paper() -> None:
     picture = np.zeros((SIDE, SIDE, 4), np.uint8)
     picture[20:60, 30:70, 3] = 255

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from cards import card
+from scipy.ndimage import gaussian_filter
 
 import warpvec
 from warpvec.condition.condition import Condition
@@ -37,6 +38,15 @@ def test_a_drawing_without_photos_is_flat_art_in_the_mode_mixed() -> None:
     plain[20:40, 10:50] = (200, 30, 20)
     mixed, flat = (warpvec.vectorize(plain, mode=mode, iterations=2) for mode in ("mixed", "flat"))
     assert mixed.metrics["psnr"] == flat.metrics["psnr"]
+
+
+def test_a_photo_that_is_the_ground_of_the_picture_makes_it_a_photo() -> None:
+    noise = gaussian_filter(np.random.default_rng(0).random((80, 80, 3)), (1.5, 1.5, 0.0))
+    levels = np.rint(255.0 * (noise - noise.min()) / np.ptp(noise)).astype(np.uint8)
+    levels[24:56, 24:56] = 255
+    result = warpvec.vectorize(levels, mode="mixed", curves=16, iterations=2)
+    assert (result.metrics["mode"], len(result.scene)) == ("photo", 16)
+    assert "no outline of their own" in result.metrics["mode_reason"]
 
 
 def test_a_goal_is_refused() -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
+import children
 import pytest
+from children import wait_for
 
-from warpvec.rendering import kernel_cache
+from warpvec.rendering import locked_folders
 
 pytestmark = pytest.mark.slow
 
@@ -22,11 +25,11 @@ from warpvec.rendering import kernel_cache
 def fail(folder):
     raise OSError(28, "No space left on device")
 
-def no_folder(**_):
+def no_folder(*_):
     raise FileNotFoundError("no temporary folder")
 
 if "nowhere" in sys.argv:
-    kernel_cache.tempfile.mkdtemp = no_folder
+    kernel_cache.make_locked_folder = no_folder
 if "full" in sys.argv:
     kernel_cache._check_room = fail
 if "with torch" in sys.argv:
@@ -91,6 +94,14 @@ def test_no_place_for_kernels_at_all_is_wrong_input(tmp_path: Path) -> None:
     assert "InputError: WARP_CACHE_PATH must name a folder" in message
 
 
+def test_kernels_are_used_where_they_are_if_there_is_no_place_for_others(tmp_path: Path) -> None:
+    """As in a container whose disk is read-only."""
+    (own, *_), _ = start(tmp_path, tmp_path)
+    (Path(own) / "wp_kernel").mkdir()
+    (used, kernels, *_), message = start(tmp_path, tmp_path, "full", "nowhere")
+    assert (used, kernels, message) == (own, "wp_kernel", "")
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no locks of folders")
 def test_the_folders_of_killed_processes_are_removed(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
@@ -98,8 +109,26 @@ def test_the_folders_of_killed_processes_are_removed(tmp_path: Path) -> None:
         (tmp_path / f"warpvec-kernels-{name}" / "1.0").mkdir(parents=True)
         if name != "new":
             os.utime(tmp_path / f"warpvec-kernels-{name}", (0, 0))
-    handle = kernel_cache._lock(tmp_path / "warpvec-kernels-alive")
+    handle = locked_folders._lock(tmp_path / "warpvec-kernels-alive")
     assert handle is not None
     start(tmp_path / "file", tmp_path)
     os.close(handle)
     assert sorted(path.name for path in tmp_path.glob("warpvec-*")) == ["warpvec-kernels-alive", "warpvec-kernels-new"]
+
+
+def test_the_headers_that_warp_compiles_are_gone_when_a_signal_has_ended_the_process(tmp_path: Path) -> None:
+    """The signal comes while native code compiles, as it does most often: a compilation takes half a minute."""
+    names: list[str] = []
+    for number in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
+        process = begin_compilation(tmp_path / "cache", tmp_path)
+        names.append(wait_for(lambda: {path.parent.name for path in tmp_path.glob("w*/*.tmp")} - {*names}).pop())
+        process.send_signal(number)
+        process.wait()
+        if number == signal.SIGKILL:  # the next process that compiles removes what this one could not
+            os.utime(tmp_path / names[-1], (0, 0))
+    assert [path.name for path in tmp_path.iterdir()] == ["cache"]
+
+
+def begin_compilation(cache: Path, temporary: Path) -> subprocess.Popen[bytes]:
+    environment = {**os.environ, "WARP_CACHE_PATH": str(cache), "TMPDIR": str(temporary)}
+    return children.start([sys.executable, "-m", "warpvec", "info", "--compile"], env=environment)

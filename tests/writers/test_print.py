@@ -80,6 +80,17 @@ def test_a_missing_extra_is_named_before_the_work(tmp_path: Path, monkeypatch: p
     assert encode("<svg/>", tmp_path / "out.svg") == b"<svg/>"
 
 
+def test_no_folder_for_temporary_files_is_not_taken_for_a_missing_library(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python's search for a library writes a temporary file."""
+    (tmp_path / "cairosvg.py").write_text("raise FileNotFoundError(2, 'No usable temporary directory found')")
+    monkeypatch.delitem(sys.modules, "cairosvg", raising=False)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(InputError, match="where no folder for temporary files can be written.*; set TMPDIR"):
+        encode("<svg/>", tmp_path / "out.pdf")
+
+
 SHAPES = """<svg xmlns="http://www.w3.org/2000/svg" width="240" height="160" viewBox="0 0 240 160">
 <rect fill="#fff" width="240" height="160"/>
 <ellipse fill="#27c" cx="120" cy="40" rx="30" ry="18" transform="rotate(30 120 40)"/>

@@ -126,7 +126,7 @@ def _suggestion(args: list[str]) -> str:
 
 
 def _exhaustion(error: Exception) -> str | None:
-    """Return a message if ``error`` means that the disk or memory is full, or that nobody reads the output any more."""
+    """Return a message if the disk or memory is full, cannot be written, or nobody reads the output any more."""
     if isinstance(error, BrokenPipeError):
         return "the reader of the output left before all was written"
     if isinstance(error, OSError) and (is_full(error) or error.errno == errno.EFBIG):
@@ -134,6 +134,8 @@ def _exhaustion(error: Exception) -> str | None:
         if error.errno == errno.EFBIG:
             return f"a file would be larger than is allowed ({error.strerror}), {lost}; raise the limit (ulimit -f)"
         return f"the disk is full ({error.strerror}), {lost}; free some space and run again"
+    if isinstance(error, OSError) and error.errno == errno.EROFS:
+        return f"{error.filename!r} could not be written ({error.strerror}); make its folder one that can be written"
     # Torch has an exception of its own on CUDA; Torch on the CPU and Warp raise RuntimeError with a text.
     exhausted = isinstance(error, MemoryError) or type(error).__name__ == "OutOfMemoryError"
     if exhausted or (isinstance(error, RuntimeError) and "allocate" in str(error)):

@@ -86,7 +86,8 @@ def mono_tracing(
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
-    kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= min_area]
+    least_area = max(min_area, MONO.point_area)
+    kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= least_area]
     fitted = _fitted(kept, tolerance, scale, watch)
     left_out = len(outlines) - len(fitted)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)

@@ -63,10 +63,26 @@ def draw_picture(
         if request.settings.mode == "auto":
             drawing = _draw_chosen(drawn, request, condition, photo, outlines)
         else:
-            with shown_at_usual_size(drawn, request):
-                textures = _textures(drawn, condition) if request.settings.mode == "mixed" else None
-                drawing = _mode(request.settings.mode, photo, outlines, condition, is_texture=textures).draw(drawn)
+            drawing = _draw_given(drawn, request, condition, photo, outlines)
         return replace(drawing, condition=condition)
+
+
+def _draw_given(
+    request: Request, given: Request, condition: Condition | None, photo: Photo, outlines: KnownOutlines | None
+) -> Drawing:
+    """Return the drawing in the mode of the settings, or as a photo if its photos have no outline of their own.
+
+    The arguments are those of `_draw_chosen`.
+    """
+    from warpvec.flat.regions.regions import NotFlatArtError
+
+    name = request.settings.mode
+    try:
+        with shown_at_usual_size(request, given):
+            textures = _textures(request, condition) if name == "mixed" else None
+            return _mode(name, photo, outlines, condition, is_texture=textures).draw(request)
+    except NotFlatArtError as error:
+        return replace(photo.draw(_in_mode(given, "photo")), mode_reason=str(error))
 
 
 def _draw_chosen(

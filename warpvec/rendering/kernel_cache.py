@@ -5,39 +5,35 @@ from __future__ import annotations
 import atexit
 import logging
 import os
-import shutil
-import stat
 import tempfile
-import time
-from contextlib import ExitStack, suppress
-from functools import partial
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
 from warpvec.errors import InputError
-from warpvec.temporary_files import at_abrupt_end, lock_file
+from warpvec.rendering.locked_folders import make_locked_folder
 
 _ROOM_BYTES = 2**20
 """What the folder must have room for: more than the largest compiled kernel."""
 
 _PREFIX = "warpvec-kernels-"
 
-_LOCKED_AFTER = 60.0
-"""Age in seconds at which a temporary folder without a lock has no process, which takes the lock right at the start."""
-
-# Removes the folder when a signal ends this process; it lasts as long as the process.
-_removal = ExitStack()
+_HEADERS_PREFIX = "warpvec-headers-"
 
 
 def init_warp() -> str | None:
     """Initialise Warp; return a message if its kernels have to be kept in a temporary folder."""
+    message = None
     try:
         wp.init()
         _check_room(Path(wp.config.kernel_cache_dir or "."))
     except OSError as error:
-        return _use_temporary_folder(Path(wp.config.kernel_cache_dir or "."), error.strerror or str(error))
-    return None
+        message = _use_temporary_folder(Path(wp.config.kernel_cache_dir or "."), error.strerror or str(error))
+    _keep_headers()
+    return message
 
 
 def _check_room(folder: Path) -> None:
@@ -50,9 +46,20 @@ def _use_temporary_folder(folder: Path, reason: str) -> str | None:
     """Make a folder with the kernels of ``folder`` for this process and its children; return the message.
 
     There is no message if ``folder`` has kernels: somebody has compiled them for a place that cannot be written. If the
-    kernels are of another version, the message comes at the end.
+    kernels are of another version, the message comes at the end. They are used where they are if there is no place for
+    another folder.
+
+    Raises:
+        InputError: there is no such place, and ``folder`` has no kernels.
     """
-    base = _make_temporary_folder(folder, reason)
+    try:
+        base = make_locked_folder(_PREFIX)
+    except OSError as error:
+        if _kernels_in(folder):
+            return None
+        rule = "must name a folder for compiled kernels that can be written, as there is none for temporary files"
+        value = f"{str(folder)!r} ({reason})"
+        raise InputError("WARP_CACHE_PATH", rule, value, "set it to another folder") from error
     os.environ["WARP_CACHE_PATH"] = wp.config.kernel_cache_dir = base
     wp.init()  # it has failed, or has been done with the other folder
     temporary = Path(base) / str(wp.config.version)  # as Warp names it
@@ -68,59 +75,49 @@ def _use_temporary_folder(folder: Path, reason: str) -> str | None:
     return None
 
 
-def _make_temporary_folder(folder: Path, reason: str) -> str:
-    """Make a folder that is removed at the end of this process, and remove those that killed processes have left.
+class _HeaderFolders(dict[int, Any]):
+    """Where each thread keeps the headers that Warp compiles first, in place of the folders that Warp makes.
 
-    Raises:
-        InputError: there is no place for it.
+    Warp's own folders stay when a signal ends the process, and need a folder for temporary files.
     """
+
+    def __contains__(self, thread: object) -> bool:
+        """Make the folder of ``thread`` if it has none: Warp looks here before it makes one."""
+        if not super().__contains__(thread):
+            self[thread] = SimpleNamespace(name=_make_header_folder())  # type: ignore[index]
+        return True
+
+
+def _make_header_folder() -> str:
     try:
-        base = tempfile.mkdtemp(prefix=_PREFIX)
-    except OSError as error:
-        rule = "must name a folder for compiled kernels that can be written, as there is none for temporary files"
-        value = f"{str(folder)!r} ({reason})"
-        raise InputError("WARP_CACHE_PATH", rule, value, "set it to another folder") from error
-    _lock(base)  # until this process and those that it forks have ended
-    atexit.register(_remove, base, os.getpid())
-    _removal.enter_context(at_abrupt_end(partial(_remove, base, os.getpid())))
-    for other in Path(base).parent.glob(f"{_PREFIX}*"):
-        with suppress(OSError):
-            _remove_if_dead(other)
-    return base
+        return make_locked_folder(_HEADERS_PREFIX)
+    except OSError:
+        return make_locked_folder(_HEADERS_PREFIX, wp.config.kernel_cache_dir)
 
 
-def _remove_if_dead(folder: Path) -> None:
-    facts = folder.lstat()
-    is_own = stat.S_ISDIR(facts.st_mode) and hasattr(os, "geteuid") and facts.st_uid == os.geteuid()
-    if is_own and time.time() - facts.st_mtime > _LOCKED_AFTER and (handle := _lock(folder)) is not None:
-        shutil.rmtree(folder, ignore_errors=True)
-        os.close(handle)
-
-
-def _lock(folder: str | Path) -> int | None:
-    """Return an open handle that locks ``folder``; None if another has the lock or the system has no such locks."""
-    if os.name == "nt":  # it opens no folders
-        return None
-    handle = os.open(folder, os.O_RDONLY | os.O_NOFOLLOW)
-    if lock_file(handle):
-        return handle
-    os.close(handle)
-    return None
+def _keep_headers() -> None:
+    """Let Warp keep its headers in folders of this program, unless it is a version that keeps them otherwise."""
+    runtime: Any = wp._src.context.runtime
+    if isinstance(getattr(runtime, "_pch_dirs", None), dict):
+        runtime._pch_dirs = _HeaderFolders(runtime._pch_dirs)
 
 
 def _link_kernels(folder: Path, temporary: Path) -> bool:
     """Link the compiled kernels of ``folder`` in ``temporary``; return whether there are any."""
-    with suppress(OSError):  # the folder cannot be read, or the system has no links
-        for module in folder.glob("wp_*"):
+    with suppress(OSError):  # the system has no links
+        for module in _kernels_in(folder):
             (temporary / module.name).symlink_to(module)
     return any(temporary.iterdir())
+
+
+def _kernels_in(folder: Path) -> list[Path]:
+    """Return the folders of compiled kernels in ``folder``; none if it cannot be read."""
+    try:
+        return list(folder.glob("wp_*"))
+    except OSError:
+        return []
 
 
 def _say_if_compiled(folder: Path, process: int, message: str) -> None:
     if process == os.getpid() and any(not module.is_symlink() for module in folder.glob("wp_*")):
         logging.getLogger("warpvec").warning("%s", message)
-
-
-def _remove(folder: str, process: int) -> None:
-    if process == os.getpid():  # a forked process still needs it
-        shutil.rmtree(folder, ignore_errors=True)

@@ -18,13 +18,16 @@ def load(path: str, name: str) -> ModuleType:
     """Return the module ``cairosvg``, which makes the file ``path``.
 
     Raises:
-        InputError: CairoSVG or the library cairo is missing; ``name`` is for the message.
+        InputError: CairoSVG, the library cairo or a folder for temporary files is missing; ``name`` is for the message.
     """
     try:
         import cairosvg  # type: ignore[import-untyped]
     except ImportError:
         rule = f"must end in .svg unless CairoSVG is installed, which writes {Path(path).suffix.lower()}"
         raise InputError(name, rule, repr(path), "pip install 'warpvec[print]'") from None
+    except FileNotFoundError:  # the search for the library writes a temporary file
+        rule = "must end in .svg where no folder for temporary files can be written"
+        raise InputError(name, rule, repr(path), "set TMPDIR to one that can") from None
     except OSError:  # cairocffi finds no library
         rule = "must end in .svg unless the library cairo is installed"
         raise InputError(name, rule, repr(path), "install it, on Debian as libcairo2") from None

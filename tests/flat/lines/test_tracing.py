@@ -84,3 +84,16 @@ def test_a_disc_on_a_line_is_a_wide_area_with_an_outline() -> None:
 
 def test_paper_without_ink_has_no_lines() -> None:
     assert lines_of("") == []
+
+
+@pytest.mark.parametrize(
+    "levels",
+    [
+        [[[61, 56, 52], [97, 92, 79], [65, 59, 50]], [[111, 112, 108], [104, 96, 85], [98, 86, 71]]],
+        [[[76, 120, 168]]],
+    ],
+    ids=["of six pixels", "of one pixel"],
+)
+def test_ink_too_small_for_a_line_has_no_lines(levels: list[list[list[int]]]) -> None:
+    with torch.no_grad():
+        assert trace_lines(np.array(levels, np.float32) / 255.0, CONFIG, None, Watch()).lines == []

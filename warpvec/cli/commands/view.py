@@ -53,7 +53,7 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
     from warpvec.viewer.page import write_page
 
     name = "drawing" if svg == "-" else Path(svg).stem
-    path = Path(page) if page is not None else Path(tempfile.mkdtemp(prefix="warpvec-")) / f"{name}.html"
+    path = Path(page) if page is not None else _temporary_folder() / f"{name}.html"
     try:
         write_page(path, data, photo=photo, history=records, name=name)
     except BaseException:
@@ -62,6 +62,14 @@ def view(svg: str, image: str | None, background: str | None, history: str | Non
         raise
     if page is None and not webbrowser.open(path.as_uri()):
         click.echo(f"no browser could be started; open {in_one_line(str(path))}", err=True)
+
+
+def _temporary_folder() -> Path:
+    try:
+        return Path(tempfile.mkdtemp(prefix="warpvec-"))
+    except OSError as error:
+        rule, value = "must be given where no folder for temporary files can be written", error.strerror or str(error)
+        raise InputError("--report", rule, value, "give a file, or set TMPDIR to a folder") from error
 
 
 def _read_history(path: str) -> Any:

@@ -15,6 +15,10 @@ class MonoConstants:
     """Specks and holes of fewer square pixels are left out. It is what potrace calls turdsize, with potrace's
     default."""
 
+    point_area: float = 1e-6
+    """Outlines of fewer square pixels are points, where the grey of a pixel is exactly that which parts ink from paper.
+    They have no direction, and no length to be sampled along."""
+
     two_level_share: float = 0.02
     """A picture has two levels only if fewer of its pixels along edges lie in between; else over half of them do."""
 

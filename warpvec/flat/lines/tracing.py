@@ -14,6 +14,7 @@ from warpvec.arrays import Floats
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.flat.constants.lines import LINES
+from warpvec.flat.constants.mono import MONO
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.lines.branches import find_branches
 from warpvec.flat.lines.dots import find_dots
@@ -57,9 +58,11 @@ def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | Non
         watch: over the run. When it is over, the lines so far must do.
     """
     ink = find_ink(image, tolerance, settings.min_area, watch)
-    if not len(ink.control):
+    if np.abs(ink.areas).max(initial=0.0) <= MONO.point_area:
         return LineTracing([], ink.speck_count)
     lines, wide = _lines_of(ink)
+    if not lines:
+        return LineTracing([], ink.speck_count, wide.number)
     fitted = _fitted(lines, without(ink.paper, wide.hidden), settings, watch)
     return LineTracing(fitted, ink.speck_count, wide.number)
 
