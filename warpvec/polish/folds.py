@@ -48,12 +48,16 @@ class FoldGuard:
             self._is_guarded &= ~variables.locked
             self._may_overshoot |= variables.locked[start.structure.segment_path.long()]
         # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
-        as_written = crossings_of_rows(self._written(start), self._is_guarded)
+        look = FoldLook(start, precision) if is_on and FoldLook.is_possible(start) else None
+        if look is None:
+            as_written = crossings_of_rows(self._written(start), self._is_guarded)
+        else:
+            as_written = look.crossings(look.written(start.segments), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
         self._is_guarded &= sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
         self._has_lines = not bool(self._may_overshoot.all())
         self._is_on = bool(self._is_guarded.any()) or self._has_lines
-        self._look = FoldLook(start, precision) if self._is_on and FoldLook.is_possible(start) else None
+        self._look = look
         self._safe = variables.start
 
     def folds(self, x: Tensor) -> Tensor:

@@ -1,6 +1,6 @@
-"""The kernels and buffers of a fit that run on the host in one thread, for many small steps.
+"""Kernels that run as one work item, for what would be many small steps, and their buffers.
 
-They last as long as their thread, because drawings are fitted one after another.
+They last as long as their thread, because drawings are made one after another.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from warpvec.kernels import crossed_pixels, normal_matrix, pixel_weights, row_slopes
 from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
 from warpvec.kernels.row_slopes import COLUMNS_MAX
-from warpvec.rendering.launch import Launcher, as_warp
+from warpvec.rendering.launch import Launcher, as_warp, start_warp
 
 _ENTRIES_FIRST, _BLOCKS_FIRST = 2**13, 2**9
 """Room for pairs of a curve and a pixel, and for blocks, at the beginning."""
@@ -35,6 +35,7 @@ class Machine:
     """
 
     def __init__(self, device: str) -> None:
+        start_warp()
         self.launch = Launcher(device, 1)
         self.get = self.launch.make_buffers().get
         kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes)
