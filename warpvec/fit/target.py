@@ -185,15 +185,10 @@ class Target:
         return self._renderer.adjoints_over(scene, self._random_views(scene, generator, count))
 
     def _random_views(self, scene: Scene, generator: torch.Generator, count: int) -> Iterator[tuple[Tensor, Tensor]]:
-        shape, share = self._prepared[0][0][:, :3].shape, len(self._views) ** -0.5
-        inside = self._renderer.prepare_target(torch.full_like(self._views[0][0], share))  # 0 outside of the canvas
-        for _ in range(count):
-            # Each matte sees the same signs, as the squares of its adjoints are added up on their own.
-            signs = _random_bits(shape, generator).to(scene.segments).mul_(2.0).sub_(1.0).mul_(inside)
-            if self.blur is not None:
-                signs = self._renderer.prepare_target(self.blur(self._renderer.image_of(signs)))
-            for _, matte in self._views:
-                yield signs, scene.background if matte is None else matte
+        shape, share = self._views[0][0].shape, len(self._views) ** -0.5
+        for _, matte in count * self._views:
+            signs = _random_bits(shape, generator).to(scene.segments).mul_(2.0 * share).sub_(share)
+            yield self._renderer.prepare_target(self._blurred(signs)), scene.background if matte is None else matte
 
     def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
         """Yield how pixels change with the paints and the windings of the paths of ``scene``, some tiles at a time.

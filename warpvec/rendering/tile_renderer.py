@@ -197,10 +197,6 @@ class TileRenderer(ABC):
         image = target if shift is None else torch.cat([target, shift[..., None]], 2)
         return to_tiles(image.to(self.device, self.dtype), self.grid)
 
-    def image_of(self, prepared_target: Tensor) -> Tensor:
-        """Return the image [h, w, 3] that :meth:`prepare_target` has prepared."""
-        return from_tiles(prepared_target, self.grid)
-
     def measure_target(self, prepared_target: Tensor) -> None:
         """Make steps faster with a target without a shift that stays as it is: where tiles have one colour."""
         self._compositing.measure(prepared_target)
