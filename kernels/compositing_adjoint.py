@@ -92,6 +92,45 @@ def make_kernels(
                         zero
                     )
 
+    @wp.func
+    def add_plain(
+        tile: int,
+        begin: int,
+        end: int,
+        hit_pair: wp.array(dtype=int),
+        pair_path: wp.array(dtype=int),
+        color: wp.array(dtype=vec3),
+        opacity: wp.array(dtype=dtype),
+        base: vec3,
+        tile_moments: wp.array2d(dtype=dtype),
+        error_scale: dtype,
+        pair_sums: wp.array2d(dtype=dtype),
+        tile_sums: wp.array2d(dtype=dtype),
+    ):
+        """Write the sums of a tile of one colour: that of the background, or of a path that covers all of it.
+
+        They follow from the number of pixels on the canvas, the mean of the target there, and its squared deviation.
+        """
+        count = tile_moments[tile, 0]
+        mean = vec3(tile_moments[tile, 1], tile_moments[tile, 2], tile_moments[tile, 3])
+        shown, left = vec3(base), dtype(one)
+        if end > begin:
+            path = pair_path[hit_pair[begin]]
+            shown = base + opacity[path] * (color[path] - base)
+            left = one - opacity[path]
+        adjoint = (dtype(2.0) * error_scale * count) * (shown - mean)
+        if end > begin:
+            pair = hit_pair[begin]
+            path = pair_path[pair]
+            for term in range(terms):
+                pair_sums[pair, term] = zero
+            for channel in range(3):
+                pair_sums[pair, channel] = opacity[path] * adjoint[channel]
+            pair_sums[pair, 3] = wp.dot(adjoint, color[path] - base)
+        for channel in range(3):
+            tile_sums[tile, channel] = left * adjoint[channel]
+        tile_sums[tile, 3] = tile_moments[tile, 4] + count * wp.dot(shown - mean, shown - mean)
+
     @wp.kernel(module=module)
     def composite_adjoint(
         first: int,
@@ -116,6 +155,8 @@ def make_kernels(
         width_px: int,
         tile_reference: wp.array(dtype=vector),  # [tiles, planes, TILE TILE / width] target (fused) or dL/d(image)
         reference_planes: int,  # 3, or 4 for a shifted target (fused only)
+        tile_moments: wp.array2d(dtype=dtype),  # [tiles, MOMENTS] of the target, or none; see ``add_plain``
+        has_moments: int,
         error_scale: dtype,  # dL/d(squared error), fused only
         stack_chunk: int,  # tiles that share a stack, one after another; 0: every tile has its own
         stack_depth: int,  # entries of a shared stack
@@ -136,6 +177,21 @@ def make_kernels(
         begin = tile_first_visible[tile]
         last_hit = tile_first_hit[(height + TILE - 1) // TILE * tile_columns] - 1
         clear_hidden(start, begin, lane, hit_pair, pair_class, pair_slot, slot_winding, pair_sums)
+        if wp.static(fused and local_array and not with_curvature):
+            if has_moments != 0:
+                is_plain = begin == end
+                if end - begin == 1:
+                    is_plain = pair_class[hit_pair[begin]] == FULL
+                    if wp.static(with_gradients):
+                        is_plain = is_plain and paint_kind[pair_path[hit_pair[begin]]] == wp.static(FLAT)
+                    if wp.static(with_stops):
+                        is_plain = False
+                if is_plain:
+                    add_plain(
+                        tile, begin, end, hit_pair, pair_path, color, opacity, background[0], tile_moments,
+                        error_scale, pair_sums, tile_sums,
+                    )  # fmt: skip
+                    return
         entry0 = start + tile - stack_first
         if stack_chunk > 0:
             entry0 = (tile // stack_chunk) * stack_depth

@@ -74,6 +74,7 @@ def test_what_folds_goes_no_farther(monkeypatch: pytest.MonkeyPatch, values: int
     """Here nodes right of 54 px stand for a fold, and the picture asks for one at 56 px."""
     monkeypatch.setattr(polishing, "VALUES_EXACT_MAX", values)
     monkeypatch.setattr(folds, "crossings_of_rows", lambda scene, _: (scene.segments[:, 0, 0] > 54.0).long().clone())
+    monkeypatch.setattr(folds.FoldLook, "is_possible", lambda scene: False)
     picture, start = _picture(_scene("M8 8 H56 V50 L10 56z")), _scene("M10 12 H51 V48 L12 52z")
     kept = _polished(picture, start, 60)
     monkeypatch.setattr(folds.FoldGuard, "folds", lambda guard, _: torch.zeros(4, dtype=torch.bool))

@@ -16,7 +16,7 @@ from warpvec.geometry.strokes import BEVEL, BUTT, MITER, ROUND, SQUARE, Strokes
 from warpvec.geometry.structure import Structure
 from warpvec.image.metrics import psnr
 from warpvec.polish.folds import FoldGuard
-from warpvec.polish.outline_samples import crossed_pixels
+from warpvec.polish.normal_matrix import NormalMatrix
 from warpvec.polish.polish import polish
 from warpvec.polish.variables import Variables
 from warpvec.rendering.draw import draw_exactly
@@ -88,9 +88,9 @@ def test_samples_tell_how_the_covered_area_changes() -> None:
     renderer = ExactRenderer(HEIGHT, WIDTH, dtype=torch.float64, threads=1)
     black = replace(scene, color=torch.zeros_like(scene.color), background=torch.ones_like(scene.background))
     adjoint = renderer.adjoint(black, -torch.ones(HEIGHT, WIDTH, 3, dtype=torch.float64) / 3.0)
-    crossed = crossed_pixels(scene, HEIGHT, WIDTH)
-    owner = scene.structure.segment_path.long()[torch.from_numpy(crossed.row)]
-    by_width = torch.zeros(2, dtype=torch.float64).index_add_(0, owner, torch.from_numpy(crossed.slopes[:, 8]))
+    row, slopes = NormalMatrix(scene, (HEIGHT, WIDTH), None, 0.0, 11, True).entries
+    owner = scene.structure.segment_path.long()[torch.from_numpy(row).long()]
+    by_width = torch.zeros(2, dtype=torch.float64).index_add_(0, owner, torch.from_numpy(slopes[:, 8]).clone())
     torch.testing.assert_close(by_width.abs(), adjoint.width.abs(), rtol=0.03, atol=0.0)
 
 

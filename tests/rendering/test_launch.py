@@ -24,6 +24,7 @@ from warpvec.rendering.launch import (
     read_total,
     resolve_device,
     start_warp,
+    whole_arrays,
 )
 from warpvec.rendering.operator import render
 
@@ -118,17 +119,29 @@ def test_a_buffer_has_its_other_axes_as_asked() -> None:
 
 def test_a_view_shows_a_tensor_as_it_is_now(device: str) -> None:
     buffers = Launcher(resolve_device(device)).make_buffers()
+
+    def seen(tensor: torch.Tensor) -> list[float]:
+        with whole_arrays():
+            return buffers.view("values", tensor, wp.float32).numpy().tolist()
+
     values = torch.arange(6.0, device=device)
-    first = buffers.view("values", values, wp.float32)
+    assert seen(values) == values.tolist()
     values += 1.0
-    assert buffers.view("values", values, wp.float32) is first
-    assert first.numpy().tolist() == values.tolist()
+    assert seen(values) == values.tolist()
     other = torch.arange(6.0, device=device) + 7.0
-    assert buffers.view("values", other, wp.float32).numpy().tolist() == other.tolist()
+    assert seen(other) == other.tolist()
     apart = other[::2]  # its copy must be a new one each time
-    buffers.view("values", apart, wp.float32)
+    assert seen(apart) == apart.tolist()
     other += 1.0
-    assert buffers.view("values", apart, wp.float32).numpy().tolist() == apart.tolist()
+    assert seen(apart) == apart.tolist()
+
+
+def test_a_view_of_the_same_tensor_is_the_same_object() -> None:
+    buffers, values = Launcher("cpu").make_buffers(), torch.arange(6.0)
+    first = buffers.view("values", values, wp.float32)
+    assert buffers.view("values", values, wp.float32) is first
+    with whole_arrays():  # which the recording of a graph needs
+        assert isinstance(buffers.view("values", values, wp.float32), wp.array)
 
 
 def test_a_view_keeps_no_graph_of_autograd() -> None:

@@ -63,7 +63,8 @@ def test_each_background_has_the_image_and_the_adjoints_of_a_scene_over_it(backe
     backgrounds = torch.rand(2, 3, dtype=torch.float64, device=backend.device)
     adj_images = torch.randn(2, HEIGHT, WIDTH, 3, dtype=torch.float64, device=backend.device)
     images = list(renderer.render_over(scene, list(backgrounds)))
-    adjoints = list(renderer.adjoints_over(scene, zip(adj_images, backgrounds, strict=True)))
+    references = [renderer.prepare_target(adj_image) for adj_image in adj_images]
+    adjoints = list(renderer.adjoints_over(scene, zip(references, backgrounds, strict=True)))
     for background, adj_image, image, got in zip(backgrounds, adj_images, images, adjoints, strict=True):
         over = replace(scene, background=background)
         assert torch.equal(image, renderer.render(over))

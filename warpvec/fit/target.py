@@ -70,6 +70,8 @@ class Target:
             height=height, width=width, device=device, degree=path_model(config).degree, **config.render_settings
         )
         self._prepared = [(self._renderer.prepare_target(pixels), matte) for pixels, matte in self._views]
+        for prepared, _ in self._prepared:
+            self._renderer.measure_target(prepared)
         # What the views are compared with; with `follow` not the views themselves.
         self._aims = [pixels for pixels, _ in self._views]
         self._similarities: list[Similarity] = []
@@ -188,7 +190,7 @@ class Target:
         shape, share = self._views[0][0].shape, len(self._views) ** -0.5
         for _, matte in count * self._views:
             signs = _random_bits(shape, generator).to(scene.segments).mul_(2.0 * share).sub_(share)
-            yield self._blurred(signs), scene.background if matte is None else matte
+            yield self._renderer.prepare_target(self._blurred(signs)), scene.background if matte is None else matte
 
     def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
         """Yield how pixels change with the paints and the windings of the paths of ``scene``, some tiles at a time.
@@ -266,6 +268,9 @@ class Target:
 
         With :meth:`follow` it is the square of what the adjoint is proportional to: it tells where the loss can fall.
         """
+        if self.blur is None and not self._similarities:
+            views = [(each, scene.background if matte is None else matte) for each, matte in self._prepared]
+            return self._renderer.squared_error(scene, views)
         return torch.stack([each.square().sum(-1) for each in self._differences(scene)]).mean(0)
 
     def _differences(self, scene: Scene) -> Iterator[Tensor]:

@@ -30,7 +30,7 @@ BOUND_ERROR = 1e-3
 STRAIGHT = 0.05
 """A curve whose handles lie within so many pixels of the thirds of its chord is a line. Tracers write all lines so."""
 
-_LENGTH_MIN = 1e-3
+LENGTH_MIN = 1e-3
 """Handles that are shorter, in pixels, have no direction."""
 
 
@@ -141,7 +141,7 @@ class Joints:
         cosine = (unit_vectors(ahead) * unit_vectors(behind)).sum(1)
         is_straight = cosine > (math.radians(SMOOTH_DEGREES) + rounding).cos()
         has_handle = ~(self.is_line & self.is_line[self.preceding])
-        return is_straight & has_handle & (lengths.amin(0) > _LENGTH_MIN)
+        return is_straight & has_handle & (lengths.amin(0) > LENGTH_MIN)
 
 
 def _at_least(values: Tensor, least: Tensor) -> Tensor:

@@ -9,6 +9,7 @@ from warpvec.geometry.crossings import crossings_of_rows, overlapping_pairs, sum
 from warpvec.geometry.overshoots import overshoots
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
+from warpvec.polish.fold_look import FoldLook
 from warpvec.polish.variables import Variables
 
 UNFOLDING_MAX = 8
@@ -47,11 +48,16 @@ class FoldGuard:
             self._is_guarded &= ~variables.locked
             self._may_overshoot |= variables.locked[start.structure.segment_path.long()]
         # The start of a later part may cross itself only until its file is rounded, which allows no crossing.
-        as_written = crossings_of_rows(self._written(start), self._is_guarded)
+        look = FoldLook(start, precision) if is_on and FoldLook.is_possible(start) else None
+        if look is None:
+            as_written = crossings_of_rows(self._written(start), self._is_guarded)
+        else:
+            as_written = look.crossings(look.written(start.segments), self._is_guarded)
         self._crossings = torch.minimum(crossings_of_rows(start, self._is_guarded), as_written)
         self._is_guarded &= sums_of_paths(start, self._crossings) <= 2 * CROSSINGS_GUARDED_MAX
         self._has_lines = not bool(self._may_overshoot.all())
         self._is_on = bool(self._is_guarded.any()) or self._has_lines
+        self._look = look
         self._safe = variables.start
 
     def folds(self, x: Tensor) -> Tensor:
@@ -61,9 +67,20 @@ class FoldGuard:
         """
         if not self._is_on:
             return torch.zeros_like(self._crossings, dtype=torch.bool)
-        scene = self._written(self._variables.scene(x))
+        if self._look is not None:
+            return self._looked_at(self._variables.shown(x), self._look)
+        scene = self._written(self._variables.shown(x))
         folded = crossings_of_rows(scene, self._is_guarded) > self._crossings
         return folded | (overshoots(scene) & ~self._may_overshoot) if self._has_lines else folded
+
+    def _looked_at(self, scene: Scene, look: FoldLook) -> Tensor:
+        """Return `folds` of ``scene``."""
+        written, folded = look.written(scene.segments), torch.zeros_like(self._may_overshoot)
+        if bool(self._is_guarded.any()):
+            folded = look.crossings(written, self._is_guarded) > self._crossings
+        if self._has_lines and scene.strokes is not None:
+            folded |= look.overshoots(written, scene.strokes.width) & ~self._may_overshoot
+        return folded
 
     def trust(self, x: Tensor) -> None:
         """Go back to the values ``x``, which fold nowhere, from now on."""

@@ -90,17 +90,17 @@ class LevenbergMarquardt:
 
     Args:
         variables: the drawing that is fitted.
-        x: its values at the beginning.
+        here: its values at the beginning, evaluated.
         folds: returns which segments [R] (bool) are folded at some values.
         seed: of the random images for opacities.
         scale: factor of ``MOVE_MAX``.
     """
 
     def __init__(
-        self, variables: Variables, x: Tensor, folds: Callable[[Tensor], Tensor], seed: int, scale: float = 1.0
+        self, variables: Variables, here: Evaluation, folds: Callable[[Tensor], Tensor], seed: int, scale: float = 1.0
     ) -> None:
         self._variables, self._folds, self._scale = variables, folds, scale
-        self._here = variables.evaluate(x)
+        self._here, x = here, here.x
         self._damping = DAMPING_FIRST
         self._fold_damping = torch.ones(variables.point_count // 3, dtype=torch.float64, device=x.device)
         self._free = variables.is_free.nonzero().flatten().cpu().numpy()
@@ -114,10 +114,10 @@ class LevenbergMarquardt:
         while left > 0 and len(losses) <= STEPS_MAX and not _is_idle(losses, gain_min):
             system = self._system()
             while left > 0 and self._damping < DAMPING_MAX:
-                step, expected = self._allowed_step(system)
+                x, expected = self._allowed_step(system)
                 if gain_min > GAIN_MIN and expected < EXPECTED_MIN * gain_min * self._here.loss:
                     return
-                tried = self._variables.evaluate(self._variables.limited(self._here.x + step))
+                tried = self._variables.evaluate(x)
                 left -= 1
                 yield tried
                 if self._accepts(tried, expected):
@@ -142,13 +142,14 @@ class LevenbergMarquardt:
         return is_better
 
     def _allowed_step(self, system: _System) -> tuple[Tensor, float]:
-        """Return a step [K] after which nothing is folded, and the expected decrease of the loss."""
+        """Return the values [K] after a step that folds nothing, and the expected decrease of the loss."""
         joints, before = self._variables.joints, None
         held = torch.zeros_like(self._fold_damping, dtype=torch.bool)
         for attempt in range(FOLD_ROUNDS + HOLD_ROUNDS + WHOLE_ROUNDS):
             step = self._limited_step(system)
             step[self._variables.points_of(held)] = 0.0
-            folds = self._folds(self._variables.limited(self._here.x + step))
+            x = self._variables.limited(self._here.x + step)
+            folds = self._folds(x)
             if before is None and folds.any():
                 before = self._folds(self._here.x)  # no step can help these, and they stay
                 held |= before | before[joints.following] | before[joints.preceding]
@@ -164,7 +165,7 @@ class LevenbergMarquardt:
                 held |= held[joints.following] | held[joints.preceding]
             if attempt >= FOLD_ROUNDS + HOLD_ROUNDS - 1:
                 held = self._variables.whole_paths(held)
-        return step, system.decrease(step)
+        return x, system.decrease(step)
 
     def _limited_step(self, system: _System) -> Tensor:
         """Return the step [K] with more damping of the points that would move too far."""
@@ -173,13 +174,13 @@ class LevenbergMarquardt:
         extra = self._fold_damping.repeat(3)
         for _ in range(LIMIT_ROUNDS):
             factors = torch.ones(len(self._here.x), dtype=torch.float64, device=extra.device)
-            factors[:bound] = extra.repeat_interleave(2)
+            factors[:bound].view(-1, 2).copy_(extra[:, None])
             step = system.step(self._damping * factors)
             excess = step[:bound].view(-1, 2).norm(dim=1) / limit
             if float(excess.max()) < EXCESS_MAX:
                 break
             extra = torch.where(excess > 1.0, extra * EXCESS_DAMPING * excess**1.5, extra)
-        step[:bound] /= excess.clamp_min(1.0).repeat_interleave(2)
+        step[:bound].view(-1, 2).div_(excess.clamp_min(1.0)[:, None])
         step = self._variables.with_bounded_forms(step, MOVE_MAX * self._scale)
         step = self._variables.with_bounded_stops(self._here.x, step)
         return step.to(self._here.x.dtype)
@@ -240,7 +241,8 @@ class _System:
         order: NDArray[np.int64] | None = None,
     ) -> None:
         self._gradient, self._free, self._count = gradient, free, len(strength)
-        self._matrix = (matrix + sparse.diags(strength, format="csc"))[free][:, free].tocsc()
+        whole = matrix + sparse.diags(strength, format="csc") if strength.any() else matrix
+        self._matrix = whole[free][:, free].tocsc()
         diagonal = matrix.diagonal() + strength
         diagonal[:point_bound] += POINT_FLOOR * diagonal[:point_bound].mean()
         diagonal += floor

@@ -15,19 +15,17 @@ from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.kernels.constants import TILE
-from warpvec.polish.outline_slopes import TILE_PIXELS
+from warpvec.kernels.pixel_weights import SHARE_MIN
+from warpvec.polish.normal_matrix import TILE_PIXELS
 from warpvec.polish.stop_slopes import StopSlopes, inner_color_index, slopes_of, stop_rows
 from warpvec.polish.stop_variables import stop_parts
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
 
 Values = NDArray[np.float64]
 
-SHARE_MIN = 1e-3
-"""A path that shows less of itself in a pixel counts as hidden there."""
-
-LATTICE, LATTICE_PIXELS_MIN = 5, 1000
-"""Of a thousand pixels of a gradient or more, every fifth one stands for all. Gradients change slowly, and the matrix
-only steers steps."""
+LATTICES, LATTICE_PIXELS_MIN = ((5, 2), (13, 5), (29, 12), (61, 11)), 1000
+"""Of a thousand pixels of a gradient or more, every fifth one stands for all, or fewer as long as so many are left: the
+first number says how few, and both make a lattice. Gradients change slowly, and the matrix only steers steps."""
 
 
 class PaintSlopes:
@@ -40,7 +38,7 @@ class PaintSlopes:
     Args:
         scene: the drawing.
         width, height: size of the canvas.
-        pixels: the pixels that an outline crosses [P]; see `warpvec.polish.outline_slopes.OutlineSlopes`.
+        pixels: the pixels that an outline crosses [P]; see `warpvec.polish.normal_matrix.NormalMatrix`.
         is_free: paths whose gradients count in the other pixels [N]; None for all.
     """
 
@@ -55,8 +53,7 @@ class PaintSlopes:
         self._ends = None if paints is None else paints.whole_geometry.double().cpu().numpy()
         self._is_ramp = (self._kind != FLAT) & (True if is_free is None else is_free)
         self._stops = None if paints is None or paints.stops is None else stop_rows(scene, paints)
-        per_path = 0 if paints is None else 7 + sum(part[0].numel() for part in stop_parts(paints) if len(part))
-        self.value_count = (4 + per_path) * len(scene) + 3
+        self.value_count = paint_value_count(scene)
         self._parts: list[_Shares] = []  # of the crossed pixels
         self._squares = np.zeros(len(scene))  # sums of the squared shares elsewhere
         self._blocks: list[tuple[list[int], Values]] = []  # blocks of the matrix, of gradients elsewhere
@@ -216,11 +213,21 @@ class PaintSlopes:
         return _Ramp(share.clip(0.0, 1.0), slopes)
 
 
+def paint_value_count(scene: Scene) -> int:
+    """Return the number of values of the paints of ``scene``: with or without gradients, and their stops."""
+    paints = scene.gradients
+    per_path = 0 if paints is None else 7 + sum(part[0].numel() for part in stop_parts(paints) if len(part))
+    return (4 + per_path) * len(scene) + 3
+
+
 def _lattice(x: Values, y: Values) -> tuple[Mask, float]:
-    """Return which of the pixels at ``x`` and ``y`` [M] stand for all, and for how many each: of many, a fifth."""
-    few = (x + 2.0 * y - 1.5) % LATTICE == 0.0
-    is_enough = len(x) >= LATTICE_PIXELS_MIN and bool(few.any())
-    return (few, len(x) / few.sum()) if is_enough else (np.ones(len(x), np.bool_), 1.0)
+    """Return which of the pixels at ``x`` and ``y`` [M] stand for all, and for how many each; see ``LATTICES``."""
+    few = np.ones(len(x), np.bool_)
+    if len(x) >= LATTICE_PIXELS_MIN:
+        step, shift = next((each for each in reversed(LATTICES) if len(x) >= each[0] * LATTICE_PIXELS_MIN), LATTICES[0])
+        found = (x + shift * y - 0.5 * (1 + shift)) % step == 0.0
+        few = found if found.any() else few
+    return few, len(x) / few.sum()
 
 
 class _Shares(NamedTuple):

@@ -47,6 +47,9 @@ ITERATIONS_SOFT = 60
 GAIN_SOFT_MIN = 0.01
 """Share of the loss below which the gain of a turn is that of the last one."""
 
+ROUNDING = 1e-4
+"""Change of the start, in pixels and shares of colours, by its bounds, below which it counts as drawn already."""
+
 HISTORY_GAP = 10
 """Iterations between entries of the history."""
 
@@ -122,7 +125,9 @@ class _Polish:
         self._variables = Variables(
             start, self._target, self._config, free=self._free, locked=locked, keeps_stops=self._keeps_stops
         )
-        self._start_loss = float(self._target.fit_step(start, False).loss)
+        self._first = self._variables.evaluate(self._variables.start)
+        is_same = self._variables.start_change() < ROUNDING
+        self._start_loss = self._first.loss if is_same else float(self._target.fit_step(start, False).loss)
         self._guard = FoldGuard(start, self._variables, self._config.precision, is_on=not self._free)
         self._best: Evaluation | None = None
 
@@ -163,7 +168,8 @@ class _Polish:
         while self._best_loss < RESTART_SHARE * before:
             before = self._best_loss
             folds = self._guard.folds
-            solver = LevenbergMarquardt(self._variables, self._best_x, folds, config.seed, config.lr_scale)
+            here = self._first if self._best is None else self._best
+            solver = LevenbergMarquardt(self._variables, here, folds, config.seed, config.lr_scale)
             for found in solver.steps(self._iteration_count - self._iteration, gain_min):
                 self._see(found)
             if self._iteration + RESTART_ROOM > self._iteration_count:

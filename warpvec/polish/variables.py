@@ -5,6 +5,7 @@ The drawing keeps its structure: paths, loops, kinds of segments and nodes, and 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import is_used
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import SIGMA_MAX
+from warpvec.polish.curve_rows import CurveRows, RowSlopes
 from warpvec.polish.stop_variables import bound_stops, bounded_offset_step, free_stops, stop_parts
 
 if TYPE_CHECKING:  # photos need no matrix, and loading scipy takes a tenth of a second
@@ -111,6 +113,10 @@ class Variables:
         if self._locked is not None:
             self.is_free &= ~self._locked
         self._memory = scene.copied()
+        first_form = self._bounds[-2] if scene.forms is not None else self._bounds[-1]
+        first_width = -1 if scene.strokes is None else self._bounds[self._width_part]
+        self._rows = CurveRows(scene, self.joints, first_width, first_form)
+        self._seen: tuple[Tensor, int] | None = None
 
     def fix(self, values: Tensor) -> None:
         """Keep ``values`` (a mask [K]) as they are from now on."""
@@ -118,13 +124,17 @@ class Variables:
 
     def scene(self, x: Tensor) -> Scene:
         """Return the scene of ``x``, in memory of its own."""
-        return self._shown(x)[0].copied()
+        return self.shown(x).copied()
+
+    def start_change(self) -> float:
+        """Return by how much its bounds change the start at most: values, or control points."""
+        pairs = [(self.limited(self.start), self.start), (self.shown(self.start).segments, self._scene.segments)]
+        return max(float((now - before).abs().max()) for now, before in pairs if len(now))
 
     def evaluate(self, x: Tensor) -> Evaluation:
         """Return the loss at ``x`` and its gradient. The gradient of fixed values is zero."""
-        scene, segments = self._shown(x)
-        adjoints = self.target.whole_step(scene)
-        return Evaluation(x, float(adjoints.loss), self._gradient(segments, adjoints))
+        adjoints = self.target.whole_step(self.shown(x))
+        return Evaluation(x, float(adjoints.loss), self._gradient(self.row_slopes(x), adjoints))
 
     def strength(self, x: Tensor, probes: int, generator: torch.Generator) -> Tensor:
         """Estimate how strongly each value shows: the diagonal of the Gauss-Newton matrix of the loss [K].
@@ -132,9 +142,9 @@ class Variables:
         The square of the adjoint of a random image is, on average over random signs, that diagonal times a constant.
         """
         total = torch.zeros_like(x)
-        scene, segments = self._shown(x)
-        for adjoints in self.target.random_adjoints(scene, generator, probes):
-            total += self._gradient(segments, adjoints, keep=True).square()
+        slopes = self.row_slopes(x)
+        for adjoints in self.target.random_adjoints(self.shown(x), generator, probes):
+            total += self._gradient(slopes, adjoints).square()
         total *= 2.0 * self.target.error_scale / probes
         parts = self._of(total)
         first, last = 8 + len(stop_parts(self._scene.gradients)), len(parts) - (self._scene.forms is not None)
@@ -163,13 +173,14 @@ class Variables:
             self._of(floor)[-1].copy_(STRENGTH_MIN * mean + 1e-12)
         return floor
 
-    def point_derivative(self, x: Tensor, held: Tensor) -> sparse.csr_matrix:
-        """Return the derivative of the curves by the points [8 R, 6 R]; see `curve_derivative`."""
-        from warpvec.geometry.joint_slopes import curve_derivative
+    def row_slopes(self, x: Tensor, held: Tensor | None = None) -> RowSlopes:
+        """Return how curves follow the values at ``x``, in memory that the next call overwrites.
 
-        return curve_derivative(self.joints, self._of(x)[:3], held)
+        Handles that are ``held`` [R, 2] keep their length.
+        """
+        return self._rows.slopes(self._of(x)[:3], held, self._form_derivative(x))
 
-    def form_derivative(self, x: Tensor) -> sparse.csr_matrix | None:
+    def _form_derivative(self, x: Tensor) -> sparse.csr_matrix | None:
         """Return the derivative of the curves by the parameters of forms [8 R, 6 N]; None without forms."""
         forms = self._scene.forms
         if forms is None:
@@ -212,10 +223,14 @@ class Variables:
 
     def limited(self, x: Tensor) -> Tensor:
         """Return ``x`` with smooth nodes smooth, colours in [0, 1] and free opacities in [``OPACITY_MIN``, 1]."""
+        return self._limited(x, self._rows.place(self._of(x)[:3])[:2])
+
+    def _limited(self, x: Tensor, aligned: Sequence[Tensor]) -> Tensor:
+        """Return `limited` with the handles ``aligned``."""
         x = x.clone()
-        anchor, leaving, arriving, color, opacity, background, *paints = self._of(x)
-        for part, aligned in zip((leaving, arriving), self.joints.aligned(anchor, leaving, arriving), strict=True):
-            part.copy_(aligned)
+        _, leaving, arriving, color, opacity, background, *paints = self._of(x)
+        for part, handles in zip((leaving, arriving), aligned, strict=True):
+            part.copy_(handles)
         end_color = paints[:1] if self._scene.gradients is not None else []
         for part in (color, background, *end_color):
             part.clamp_(0.0, 1.0)
@@ -294,23 +309,21 @@ class Variables:
         ranges = zip(pairwise(self._bounds), self._shapes, strict=True)
         return [x[start:stop].view(shape) for (start, stop), shape in ranges]
 
-    def _shown(self, x: Tensor) -> tuple[Scene, Tensor]:
-        """Return the scene of ``x``, in memory that the next call overwrites, and its segments for autograd.
+    def shown(self, x: Tensor) -> Scene:
+        """Return the scene of ``x``, in memory that the next call overwrites.
 
         The memory stays the same because a recorded step on a GPU reads it.
         """
-        points = x[: self._bounds[3]].detach().requires_grad_()
-        with torch.enable_grad():
-            parts = zip(points.chunk(3), self._shapes, strict=False)
-            segments = self.joints.segments(*(part.view(shape) for part, shape in parts))
-            self._leaves = [points]
-            if self._scene.forms is not None:
-                numbers = self._of(x)[-1].detach().clone().requires_grad_()
-                segments = replace(self._scene.forms, parameters=numbers).placed(segments, self._scene.structure)
-                self._leaves.append(numbers)
-        scene, limited = self._memory, self._of(self.limited(x))
+        if self._seen is not None and self._seen[0] is x and self._seen[1] == x._version:
+            return self._memory
+        self._seen = x, x._version
+        *aligned, segments = self._rows.place(self._of(x)[:3])
+        if self._scene.forms is not None:
+            forms = replace(self._scene.forms, parameters=self._of(x)[-1])
+            segments = forms.placed(segments, self._scene.structure)
+        scene, limited = self._memory, self._of(self._limited(x, aligned))
         _, _, _, color, opacity, background, *paints = limited
-        shown = [(scene.segments, segments.detach()), (scene.color, color), (scene.opacity, opacity)]
+        shown = [(scene.segments, segments), (scene.color, color), (scene.opacity, opacity)]
         shown.append((scene.background, background))
         if scene.gradients is not None:
             own = (scene.gradients.end_color, scene.gradients.geometry, *stop_parts(scene.gradients))
@@ -323,13 +336,11 @@ class Variables:
             shown.append((scene.forms.parameters, paints[-1]))
         for memory, values in shown:
             memory.copy_(values)
-        return scene, segments
+        return scene
 
-    def _gradient(self, segments: Tensor, adjoints: Any, *, keep: bool = False) -> Tensor:
-        with torch.enable_grad():  # a sum, as gradients of tensors make torch import sympy, which takes 0.4 s
-            along = (segments * adjoints.segments).sum()
-        adj_points, *adj_forms = torch.autograd.grad(along, self._leaves, retain_graph=keep)
-        parts = [adj_points, adjoints.color.flatten(), adjoints.opacity, adjoints.background]
+    def _gradient(self, slopes: RowSlopes, adjoints: Any) -> Tensor:
+        points = self.start.new_zeros(self._bounds[3])
+        parts = [points, adjoints.color.flatten(), adjoints.opacity, adjoints.background]
         if self._scene.gradients is not None:
             parts += [adjoints.end_color.flatten(), adjoints.geometry.flatten()]
             if self._scene.gradients.stops is not None:
@@ -339,5 +350,7 @@ class Variables:
             parts.append(adjoints.width)
         if self._scene.softness is not None:
             parts.append(adjoints.softness)
-        parts += [adjoint.flatten() for adjoint in adj_forms]
-        return torch.cat(parts) * self.is_free
+        if self._scene.forms is not None:
+            parts.append(self.start.new_zeros(self._bounds[-1] - self._bounds[-2]))
+        adj_curves = self._rows.adjoint(slopes, adjoints.segments, len(self.start))
+        return (torch.cat(parts) + adj_curves).to(self.start.dtype) * self.is_free

@@ -43,6 +43,7 @@ class ExactRenderer(TileRenderer):
         self._softening = Softening(self._launch, self._lanes, self.grid)
 
     def _cover(self, scene: Scene) -> Hits:
+        self._kept = None
         self._flattening.run(scene.segments, scene.structure, scene.strokes)
         self._bin(scene)
         self._coverage.run(self._flattening, self._binning)
@@ -77,7 +78,7 @@ class ExactRenderer(TileRenderer):
 
     def pixel_slopes(self, scene: Scene) -> Iterator[HitSlopes]:
         """Yield how the pixels of ``scene`` change with paints and windings of its paths, some tiles at a time."""
-        yield from self._slopes.run(*self._cover(scene))
+        yield from self._slopes.run(*self._cover_again(scene))
 
     def outline_slopes(self, scene: Scene) -> Tensor:
         """Return how sums over all pixels change with the segments of ``scene``: [4, R, 3, 2].

@@ -20,6 +20,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.rendering.capacity import Counts
+from warpvec.rendering.launch import whole_arrays
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 _Inputs = tuple[Scene, Tensor]
@@ -116,7 +117,7 @@ class RecordedStep:
         """Return the graph of a step, and the growth of the buffers before it was recorded."""
         self._renderer.fit_step(*inputs, out=out)
         growth = self._renderer.growth
-        with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
+        with whole_arrays(), wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
             self._renderer.fit_step(*inputs, out=out)
         return capture.graph, growth
 

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import torch
 import warp as wp
@@ -84,6 +85,42 @@ def mean_adjoints(adjoints: Sequence[Adjoints], without: Sequence[str] = ()) -> 
     return replace(adjoints[0], **{name: torch.stack([getattr(a, name) for a in adjoints]).mean(0) for name in names})
 
 
+class _Covered(NamedTuple):
+    """What the last step has covered, and the coverage before its adjoint took its memory.
+
+    Attributes:
+        values: those of the paths; kept, no other values have their memory.
+        versions: of these values then.
+    """
+
+    values: list[Tensor]
+    versions: list[int]
+    hits: Hits
+    coverage: Tensor
+
+    def is_of(self, scene: Scene) -> bool:
+        """Return whether ``scene`` has these paths."""
+        values = _values_of(scene)
+        if len(values) != len(self.values) or self.versions != [value._version for value in values]:
+            return False
+        return all(map(_is_same_memory, values, self.values))
+
+
+def _is_same_memory(one: Tensor, other: Tensor) -> bool:
+    return one.data_ptr() == other.data_ptr() and one.shape == other.shape
+
+
+def _values_of(scene: Scene) -> list[Tensor]:
+    values = [scene.segments, scene.color, scene.opacity, scene.structure.loop_first_segment]
+    if scene.gradients is not None:
+        values += [scene.gradients.geometry, scene.gradients.end_color]
+        stops = scene.gradients.stops
+        values += [] if stops is None else [stops.inner_color, stops.offset, stops.opacity, stops.breadth]
+    values += [] if scene.strokes is None else [scene.strokes.width]
+    values += [] if scene.softness is None else [scene.softness.sigma]
+    return values
+
+
 class TileRenderer(ABC):
     """Renderer of scenes of one canvas size, with curves of one ``degree``. It keeps its buffers between calls.
 
@@ -109,16 +146,33 @@ class TileRenderer(ABC):
         self.dtype = dtype
         self.device = torch.device(wp.device_to_torch(self._launch.device))
         self._compositing = Compositing(self._launch, self._lanes, self.grid, transmittance_min)
+        self._kept: _Covered | None = None
 
     def render(self, scene: Scene) -> Tensor:
         """Return the image [h, w, 3]."""
-        return self._composite(self._cover(scene))
+        return from_tiles(self._composite(self._cover(scene)), self.grid)
 
     def render_over(self, scene: Scene, backgrounds: Sequence[Tensor]) -> Iterator[Tensor]:
         """Yield the image [h, w, 3] over each of the ``backgrounds`` [3]; each path is covered once for all of them.
 
         Nothing else may be drawn before the last one is taken.
         """
+        for tiles in self._tiles_over(scene, backgrounds):
+            yield from_tiles(tiles, self.grid)
+
+    def squared_error(self, scene: Scene, views: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
+        """Return the squared error of each pixel [h, w], summed over the channels, as a mean over several ``views``.
+
+        A view is a prepared target, and its background [3].
+        """
+        total = torch.zeros((self.grid.count, 1, TILE, TILE), dtype=self.dtype, device=self.device)
+        for (target, _), tiles in zip(views, self._tiles_over(scene, [each for _, each in views]), strict=True):
+            squares = tiles.sub_(target[:, :3]).square_()
+            total += squares[:, :1].add_(squares[:, 1:2]).add_(squares[:, 2:])
+        return from_tiles(total / len(views), self.grid)[..., 0]
+
+    def _tiles_over(self, scene: Scene, backgrounds: Sequence[Tensor]) -> Iterator[Tensor]:
+        """Yield the image over each of the ``backgrounds`` [3] in tiles [tiles, 3, TILE, TILE]."""
         binning, visible, winding, paint = self._cover(scene)
         for background in backgrounds:
             yield self._composite((binning, visible, winding, paint.over(background, self._lanes)))
@@ -126,7 +180,7 @@ class TileRenderer(ABC):
     def _composite(self, hits: Hits) -> Tensor:
         tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
         self._compositing.run(*hits, tiles)
-        return from_tiles(tiles, self.grid)
+        return tiles
 
     def adjoint(self, scene: Scene, adj_image: Tensor) -> Adjoints:
         """Return the adjoints of a render for ``adj_image`` = dL/d(image) [h, w, 3]."""
@@ -138,18 +192,17 @@ class TileRenderer(ABC):
         return adjoints
 
     def adjoints_over(self, scene: Scene, views: Iterable[tuple[Tensor, Tensor]]) -> Iterator[Adjoints]:
-        """Yield what `adjoint` returns for several ``views``: dL/d(image) [h, w, 3], and its background [3].
+        """Yield what `adjoint` returns for several ``views``: dL/d(image) as `prepare_target` cuts it, and background.
 
         Each path is covered once for all of them. Nothing else may be drawn before the last one is taken.
         """
         binning, visible, winding, paint = self._cover(scene)
         coverage = wp.to_torch(winding)
         covered = coverage.clone()
-        for adj_image, background in views:
+        for reference, background in views:
             coverage.copy_(covered)
             adjoints = self.make_adjoints(scene)
             into = self._paint_adjoints(adjoints, adjoints.opacity)
-            reference = to_tiles(adj_image.to(self.dtype), self.grid)
             self._compositing.adjoint(binning, visible, winding, paint.over(background, self._lanes), reference, into)
             self._collect(scene, adjoints)
             yield adjoints
@@ -162,6 +215,10 @@ class TileRenderer(ABC):
         """
         image = target if shift is None else torch.cat([target, shift[..., None]], 2)
         return to_tiles(image.to(self.device, self.dtype), self.grid)
+
+    def measure_target(self, prepared_target: Tensor) -> None:
+        """Make steps faster with a target without a shift that stays as it is: where tiles have one colour."""
+        self._compositing.measure(prepared_target)
 
     def change_shift(self, prepared_target: Tensor, shift: Tensor) -> None:
         """Replace, in place, the shift of a target that :meth:`prepare_target` has made with a shift."""
@@ -229,6 +286,8 @@ class TileRenderer(ABC):
         hits = self._cover(scene)
         coverage = wp.to_torch(hits[2])
         covered, total, parts = coverage.clone(), torch.zeros_like(coverage), []
+        values = _values_of(scene)
+        self._kept = _Covered(values, [value._version for value in values], hits, covered)
         for prepared_target, background in views:
             coverage.copy_(covered)
             over = (*hits[:3], hits[3].over(background, self._lanes))
@@ -238,6 +297,14 @@ class TileRenderer(ABC):
         adjoints = mean_adjoints(parts, without=("segments", "width", "softness"))
         self._collect(scene, adjoints)
         return adjoints
+
+    def _cover_again(self, scene: Scene) -> Hits:
+        """Return what `_cover` does, from the last step if that was of the same paths and nothing was drawn since."""
+        kept = self._kept
+        if kept is None or not kept.is_of(scene):
+            return self._cover(scene)
+        wp.to_torch(kept.hits[2]).copy_(kept.coverage)
+        return (*kept.hits[:3], kept.hits[3].over(scene.background, self._lanes))
 
     def set_capacity(self, limit: Counts | None) -> None:
         """Give the next renders the capacity ``limit`` and read no counts back; with None, read counts again."""

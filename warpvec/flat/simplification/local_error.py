@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import torch
+import warp as wp
 
-from warpvec.arrays import Floats, Floats32, Integers, counted
+from warpvec.arrays import Floats, Floats32, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.simplification.outline_samples import cubic_points
+from warpvec.kernels import near_errors
+from warpvec.polish.machine import machine_of_thread, on_host
+from warpvec.rendering.launch import as_warp
 
 
 def errors_near(control: Floats, error: Floats32) -> Floats:
@@ -15,21 +19,13 @@ def errors_near(control: Floats, error: Floats32) -> Floats:
     A pixel near several segments counts for each of them.
     """
     height, width = error.shape
-    reach = np.linalg.norm(np.diff(control, axis=1), axis=-1).sum(1)
-    counts = (
-        np.clip(np.ceil(reach / SIMPLIFICATION.error_spacing), 1, SIMPLIFICATION.error_points_max).astype(np.int64) + 1
-    )
-    row = np.repeat(np.arange(len(control)), counts)
-    place = counted(counts)
-    t = place / (counts - 1)[row]
-    points = cubic_points(control[row], t[:, None])[:, 0]
-    x, y = np.floor(points.T).astype(np.int64)
-    offsets = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
-    x, y = x[:, None] + offsets[:, 0], y[:, None] + offsets[:, 1]
-    inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
-    keys = np.unique(((row[:, None] * height + y) * width + x)[inside])
-    owner, pixel = np.divmod(keys, height * width)
-    return np.bincount(owner, error.reshape(-1)[pixel].astype(np.float64), len(control)).astype(np.float64)
+    sums, seen = np.zeros(len(control)), np.full(height * width, -1, np.int32)
+    bounds = [SIMPLIFICATION.error_spacing, int(SIMPLIFICATION.error_points_max)]
+    curves = as_warp(torch.from_numpy(np.ascontiguousarray(control, np.float64)), wp.vec2d)
+    arrays = [curves, on_host(np.ascontiguousarray(error, np.float32)), on_host(seen), on_host(sums)]
+    kernel = near_errors.make_kernels().add_near_errors
+    machine_of_thread().launch(kernel, 1, [len(control), height, width, *bounds, *arrays])
+    return sums
 
 
 def boxes_of(control: Floats, owner: Integers, count: int) -> tuple[Floats, Floats]:

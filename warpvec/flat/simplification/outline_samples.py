@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
@@ -137,8 +136,12 @@ def top_paths(scene: Scene, height: int, width: int, threads: int | None) -> Int
     number = torch.arange(1, len(scene) + 1, dtype=torch.float64)
     color = torch.stack([number / max(len(scene), 1), (number * 0.6180340) % 1.0, (number * 0.4142136) % 1.0], 1)
     numbered = replace(of_one_color(scene, color.to(scene.color)), transparent=False, background=torch.zeros(3))
-    drawn: Tensor = torch.from_numpy(draw_exactly(numbered, height, width, threads))
-    top = (drawn[..., 0] * len(scene)).round().long().clamp(0, len(scene))
-    known = torch.cat([torch.zeros(1, 3), color.float()])[top]
-    is_pure = ((drawn - known).abs() < SIMPLIFICATION.pure_color_error / max(len(scene), 1)).all(-1)
-    return torch.where(is_pure, top - 1, -1).numpy()
+    drawn = draw_exactly(numbered, height, width, threads)
+    planes = [np.ascontiguousarray(drawn[..., channel]) for channel in range(3)]
+    top = np.rint(planes[0] * np.float32(len(scene))).clip(0, len(scene)).astype(np.int64)
+    known = np.concatenate([np.zeros((1, 3), np.float32), color.float().numpy()])
+    error = SIMPLIFICATION.pure_color_error / max(len(scene), 1)
+    is_pure = np.ones_like(top, np.bool_)
+    for plane, colors in zip(planes, known.T, strict=True):
+        is_pure &= np.abs(plane - colors[top]) < error
+    return np.where(is_pure, top - 1, -1)

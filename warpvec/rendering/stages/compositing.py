@@ -37,8 +37,9 @@ def to_tiles(image: Tensor, grid: TileGrid) -> Tensor:
 
 def from_tiles(tiles: Tensor, grid: TileGrid) -> Tensor:
     """Invert :func:`to_tiles`."""
-    image = tiles.reshape(grid.rows, grid.columns, 3, TILE, TILE).permute(0, 4, 1, 3, 2)
-    return image.reshape(grid.rows * TILE, grid.columns * TILE, 3)[: grid.height, : grid.width].contiguous()
+    image = tiles.reshape(grid.rows, grid.columns, -1, TILE, TILE).permute(0, 4, 1, 3, 2)
+    whole = image.reshape(grid.rows * TILE, grid.columns * TILE, tiles.shape[1])
+    return whole[: grid.height, : grid.width].contiguous()
 
 
 class Paint:
@@ -156,6 +157,20 @@ class Compositing:
         # Lowered when memory was too small for more entries.
         self._stack_entries_max = sys.maxsize
         self._buffers = launch.make_buffers()
+        self._measured: dict[int, tuple[Tensor, wp.array]] = {}
+
+    def measure(self, tile_target: Tensor) -> None:
+        """Measure a target [tiles, 3, TILE, TILE] that stays as it is: tiles of one colour are then not looked at."""
+        if self._lanes.width == 1:
+            return
+        grid, values = self._grid, tile_target.flatten(2).double()  # which are 0 outside of the canvas
+        rows = (grid.height - TILE * torch.arange(grid.rows)).clamp_max(TILE)
+        columns = (grid.width - TILE * torch.arange(grid.columns)).clamp_max(TILE)
+        count = (rows[:, None] * columns).reshape(-1, 1).to(values)
+        mean = values.sum(2) / count
+        off = values.square_().sum((1, 2))[:, None] - count * mean.square().sum(1, keepdim=True)
+        moments = torch.cat([count, mean, off.clamp_min(0.0)], 1).to(tile_target)
+        self._measured[tile_target.data_ptr()] = tile_target, as_warp(moments, self._lanes.dtype, whole=True)
 
     def paint(self, color: Tensor, opacity: Tensor, background: Tensor, gradients: Gradients | None = None) -> Paint:
         """Return the paint of a scene: colours [N, 3], opacities [N], background [3], and gradients."""
@@ -204,7 +219,9 @@ class Compositing:
         terms = TERMS + GRADIENT_TERMS * has_gradients + STOP_TERMS * has_stops
         pair_sums = get("pair_sums", (binning.pair_count * lanes.reducers, terms), lanes.dtype)
         tile_sums = get("tile_sums", (grid.count * lanes.reducers, TERMS), lanes.dtype)
-        reference = [_lane_array(tile_reference, lanes), tile_reference.shape[1]]
+        known = self._measured.get(tile_reference.data_ptr())
+        moments = [None, 0] if known is None else [known[1], 1]
+        reference = [_lane_array(tile_reference, lanes), tile_reference.shape[1], *moments]
         size = [grid.columns, grid.height, grid.width]
         scale = lanes.dtype(error_scale or 0.0)
         paints = [*paint.arrays, *paint.gradients, *paint.stop_arrays]

@@ -84,7 +84,7 @@ class Flattening:
         self.structure = structure
         names = ("loop_first_segment", "path_first_loop", "segment_path", "segment_next", "segment_previous")
         for name in names:
-            setattr(self, name, as_warp(getattr(structure, name), wp.int32))
+            setattr(self, name, as_warp(getattr(structure, name), wp.int32, whole=True))
 
     def _number_vertices(self, chord_count: wp.array, total: int) -> None:
         limit = self._launch.capacity.limit

@@ -1,0 +1,56 @@
+"""The error of a picture in the pixels that each curve passes, and in those beside them."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpvec.kernels.lanes import bundle, unit
+
+vec2 = wp.vec2d
+real = wp.float64
+
+
+@cache
+def make_kernels() -> SimpleNamespace:
+    """Return ``add_near_errors``."""
+    module = unit("near_errors")
+    zero, one, three = (wp.constant(real(value)) for value in (0.0, 1.0, 3.0))
+
+    @wp.kernel(module=module)
+    def add_near_errors(
+        first: int,
+        row_count: int,  # R
+        height: int,
+        width: int,
+        spacing: real,  # largest distance of two points of a curve in px, by its control polygon
+        points_max: int,
+        control: wp.array2d(dtype=vec2),  # [R, 4] px
+        error: wp.array2d(dtype=float),  # [h, w]
+        # in and out
+        seen: wp.array(dtype=int),  # [h w] -1 at the beginning, then the last curve that has passed
+        # outputs
+        sums: wp.array(dtype=real),  # [R]
+    ):
+        """Walk along all curves, one after another, so that each counts a pixel once."""
+        for row in range(row_count):
+            p0 = control[row, 0]
+            p1 = control[row, 1]
+            p2 = control[row, 2]
+            p3 = control[row, 3]
+            reach = wp.length(p1 - p0) + wp.length(p2 - p1) + wp.length(p3 - p2)
+            count = wp.clamp(int(wp.ceil(reach / spacing)), 1, points_max)
+            total = real(zero)
+            for k in range(count + 1):
+                t = real(k) / real(count)
+                s = one - t
+                point = s * s * s * p0 + three * s * s * t * p1 + three * s * t * t * p2 + t * t * t * p3
+                x, y = int(wp.floor(point[0])), int(wp.floor(point[1]))
+                for i in range(wp.max(x - 1, 0), wp.min(x + 2, width)):
+                    for j in range(wp.max(y - 1, 0), wp.min(y + 2, height)):
+                        if seen[j * width + i] != row:
+                            seen[j * width + i] = row
+                            total += real(error[j, i])
+            sums[row] = total
+
+    return bundle(add_near_errors)

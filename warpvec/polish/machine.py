@@ -1,0 +1,91 @@
+"""Kernels that run as one work item, for what would be many small steps, and their buffers.
+
+They last as long as their thread, because drawings are made one after another.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import torch
+import warp as wp
+from numpy.typing import NDArray
+
+from warpvec.kernels import crossed_pixels, normal_matrix, pixel_weights, row_slopes
+from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
+from warpvec.kernels.row_slopes import COLUMNS_MAX
+from warpvec.rendering.launch import Launcher, as_warp, start_warp
+
+_ENTRIES_FIRST, _BLOCKS_FIRST = 2**13, 2**9
+"""Room for pairs of a curve and a pixel, and for blocks, at the beginning."""
+
+_local = threading.local()
+
+
+class Machine:
+    """The kernels and buffers of a thread on one device.
+
+    Attributes:
+        launch: launches kernels.
+        get: returns a buffer; see `warpvec.rendering.launch.Buffers.get`.
+        entry_room, block_room: room for pairs of a curve and a pixel, and for blocks of the matrix.
+        blocks: those of the last matrix; see `begin_blocks`.
+        is_clean: whether `pixel_entry` was put back.
+    """
+
+    def __init__(self, device: str) -> None:
+        start_warp()
+        self.launch = Launcher(device, 1)
+        self.get = self.launch.make_buffers().get
+        kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes)
+        self.kernels = {name: kernel for each in kernels for name, kernel in vars(each.make_kernels()).items()}
+        self.entry_room, self.block_room = _ENTRIES_FIRST, _BLOCKS_FIRST
+        self.blocks: list[wp.array] = []
+        self._pixel_entry: wp.array | None = None
+        self.is_clean = False
+
+    def run(self, name: str, arguments: list[Any]) -> None:
+        """Run the kernel ``name`` as one work item."""
+        self.launch(self.kernels[name], 1, arguments)
+
+    def pixel_entry(self, count: int) -> wp.array:
+        """Return -1 for each of ``count`` pixels; who puts it back says so in ``is_clean``."""
+        array = self.get("pixel_entry", count, wp.int32)
+        if array is not self._pixel_entry or not self.is_clean:
+            array.fill_(-1)
+            self._pixel_entry = array
+        self.is_clean = False
+        return array
+
+    def row_slopes(self, count: int) -> tuple[wp.array, wp.array, wp.array]:
+        """Return room for the derivatives of ``count`` rows, their values, and the number of these."""
+        slopes, values = (self.get(f"row_{name}", (count, COLUMNS_MAX), of) for name, of in _ROW_ARRAYS.items())
+        return slopes, values, self.get("row_count", count, wp.int32)
+
+    def begin_blocks(self) -> list[wp.array]:
+        """Return an empty hash table, its keys, and the blocks that these number."""
+        room, get = self.block_room, self.get
+        size = 4 << room.bit_length()
+        table = get(f"table {size}", (3, size), wp.int32)
+        table.fill_(-1)
+        keys = get(f"keys {room}", (3, room), wp.int64)
+        pairs, colors = get("row_pairs", (room, ROW_VALUES), vec9), get("row_colors", 3 * room, vec9)
+        self.blocks = [table, keys, pairs, colors, get("color_pairs", room, wp.float64)]
+        return self.blocks
+
+
+def machine_of_thread(device: str = "cpu") -> Machine:
+    """Return the kernels and buffers of this thread on a ``device``."""
+    machines: dict[str, Machine] = _local.__dict__.setdefault("machines", {})
+    if device not in machines:
+        machines[device] = Machine(device)
+    return machines[device]
+
+
+_ROW_ARRAYS = {"slopes": vec9, "values": wp.int32}
+
+
+def on_host(array: NDArray[Any]) -> wp.array:
+    """Return a Warp array over the memory of a contiguous array."""
+    return as_warp(torch.from_numpy(array), wp.dtype_from_numpy(array.dtype))
