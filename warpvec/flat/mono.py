@@ -72,7 +72,7 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
-    is_clean, scale = False, MONO.soft_scale
+    is_clean, is_sharp = False, False
     if has_two_levels(coverage):
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = staircase_outlines(coverage)
@@ -80,14 +80,14 @@ def mono_tracing(
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share
         is_clean = (is_sharp or is_blurred) and noise_tolerance <= CURVES.tolerance
-        scale = 1.0 if is_sharp else MONO.soft_scale
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
     kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= min_area]
-    fitted = _fitted(kept, tolerance, scale, watch)
+    is_exact = is_sharp or (is_clean and len(kept) <= MONO.form_loops_max)
+    fitted = _fitted(kept, tolerance, 1.0 if is_exact else MONO.soft_scale, watch)
     left_out = len(outlines) - len(fitted)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)
 

@@ -25,6 +25,10 @@ class MonoConstants:
     """Standard deviation in pixels of the blur of pictures of two levels, which makes slopes of their staircases. More
     of it closes the gaps between the lines of an engraving, and opens thin lines."""
 
+    joint_level: float = 0.15
+    joint_window: int = 7
+    """XX"""
+
     long_edge: int = 4
     """Pixels of a level or upright edge, in a picture of two levels, from which a corner beside it is meant."""
 
