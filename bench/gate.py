@@ -1,6 +1,6 @@
 """Run the icon gate: trace icons, and compare colour and words of each file with its designer's.
 
-    python bench/gate.py FOLDER [--size 512] [--over-white] [--methods auto,vtracer] [--json OUT.json]
+    python bench/gate.py FOLDER [--size 512] [--over-white] [--damage web] [--methods auto,vtracer] [--json OUT.json]
     python bench/gate.py AFTER.json --compare BEFORE.json
 
 FOLDER has a folder of SVGs for each family. Each SVG is drawn by resvg at 8 times the size and averaged, traced by a
@@ -22,6 +22,7 @@ import click
 import numpy as np
 from flat_methods import OPTIONS, SkippedError, method_named
 from flat_originals import Original, stretched
+from gate_damage import DAMAGES
 from gate_measures import color_difference, count_words, turning
 from harness import comma_separated, machine_facts, machine_line, markdown_table
 from PIL import Image
@@ -113,13 +114,16 @@ class Plan:
     options: list[str]
     size: int
     over_white: bool
+    damage: str | None
     keep: Path | None
 
     def rows(self, folder: Path) -> Iterator[Row]:
         """Yield a row for each tracing; what fails is said on the error stream."""
         for family, original in self.icons:
             picture = folder / f"{family}-{original.name}.png"
-            save_picture(original, picture, self.size, self.over_white)
+            save_picture(original, picture, self.size, self.over_white or self.damage is not None)
+            if self.damage is not None:
+                Image.fromarray(DAMAGES[self.damage](np.asarray(Image.open(picture)))).save(picture)
             for method in self.methods:
                 try:
                     yield self._row(method, family, original, picture)
@@ -231,6 +235,7 @@ _json_path = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.argument("source", metavar="FOLDER|JSON", type=click.Path(exists=True, path_type=Path))
 @click.option("--size", default=512, show_default=True, help="Longest side of the pictures in pixels.")
 @click.option("--over-white", is_flag=True, help="Trace pictures over white instead of with alpha.")
+@click.option("--damage", type=click.Choice([*DAMAGES]), help="Trace damaged pictures over white.")
 @click.option("--methods", callback=comma_separated, default="auto", show_default=True, help="As in auto,vtracer.")
 @click.option("--option", "options", multiple=True, help="An option of `warpvec run`, as in --option=--minify.")
 @click.option("--names", default="", help="Only these icons or families, as in bell,openmoji.")
@@ -242,6 +247,7 @@ def main(
     source: Path,
     size: int,
     over_white: bool,
+    damage: str | None,
     methods: list[str],
     options: tuple[str, ...],
     names: str,
@@ -257,9 +263,9 @@ def main(
         rows = _load(source)
     else:
         icons = find_icons(source, [name for name in names.split(",") if name])
-        rows = _run(Plan(icons, methods, [*OPTIONS["auto"], *options], size, over_white, keep))
+        rows = _run(Plan(icons, methods, [*OPTIONS["auto"], *options], size, over_white, damage, keep))
     if out is not None:
-        settings = {"size": size, "over_white": over_white, "options": options}
+        settings = {"size": size, "over_white": over_white, "damage": damage, "options": options}
         records = [{name: _rounded(value) for name, value in asdict(row).items()} for row in rows]
         out.write_text(json.dumps({"facts": facts, "settings": settings, "rows": records}, indent=1) + "\n")
     if compare is not None:

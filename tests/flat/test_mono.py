@@ -63,6 +63,15 @@ def test_two_levels_make_smooth_outlines() -> None:
     assert _overlap(_drawn(scene), truth) > 0.985
 
 
+@pytest.mark.parametrize("blur", [1.0, 2.0])
+def test_corners_of_a_blurred_picture_are_few_nodes(blur: float) -> None:
+    arrow = _picture('<path d="M12,12h28l40,34-40,34h-28l36-34z"/>')
+    blurred = np.rint(gaussian_filter(arrow.astype(np.float64), (blur, blur, 0))).astype(np.uint8)
+    tracing = mono_tracing(blurred, blur=blur)
+    assert tracing.is_clean
+    assert len(tracing.scene.segments) <= 9
+
+
 def test_threshold_is_half_way_between_ink_and_paper_for_thin_strokes() -> None:
     rings = "".join(
         f'<circle cx="48" cy="48" r="{r}" fill="none" stroke="#000" stroke-width="3"/>' for r in (13, 28, 43)

@@ -113,13 +113,14 @@ def _outline(points: torch.Tensor) -> str:
 
 def test_large_paths_are_looked_at_for_folds_unless_they_are_scribbles(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[list[bool]] = []
-    count = folds.crossings_of_rows
+    for place, name in ((folds, "crossings_of_rows"), (folds.FoldLook, "crossings")):
 
-    def counted(scene: Scene, is_guarded: torch.Tensor) -> torch.Tensor:
-        looks.append(is_guarded.tolist())
-        return count(scene, is_guarded)
+        def counted(*arguments: Any, count: Any = getattr(place, name)) -> torch.Tensor:
+            looks.append(arguments[-1].tolist())  # which rows are guarded
+            found: torch.Tensor = count(*arguments)
+            return found
 
-    monkeypatch.setattr(folds, "crossings_of_rows", counted)
+        monkeypatch.setattr(place, name, counted)
     angle = torch.linspace(0, 2 * math.pi, 600)
     polygon = 32 + 28 * torch.stack([angle.cos(), angle.sin()], 1)
     scribble = 64 * torch.rand(60, 6, generator=torch.Generator().manual_seed(0))

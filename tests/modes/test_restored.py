@@ -12,6 +12,7 @@ import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.goals.goal import make_goal
 from warpvec.image.metrics import psnr
+from warpvec.modes.choice import suited_mode
 from warpvec.modes.request import Request
 from warpvec.modes.restored import Restoration, measured, restored
 from warpvec.svg.measure import draw
@@ -50,6 +51,16 @@ def test_a_blurred_drawing_gets_sharp_edges() -> None:
     assert sharp.metrics["blur_undone"] == pytest.approx(1.5) and as_is.metrics["blur_undone"] == 0.0
     assert sharp.metrics["psnr_as_fitted"] > sharp.metrics["psnr"]
     assert "texture" not in sharp.metrics["not_kept"]
+
+
+def test_a_blurred_drawing_in_black_is_no_photo_and_no_shades() -> None:
+    text = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 160 120"><path d="M20 100V20h14l22 55 22-55h14v80H80'
+    picture = blurred(
+        Image.fromarray(draw(text + 'V44L60 100h-9L31 44v56zM104 20h40v12h-14v68h-12V32h-14z"/></svg>', 160, 120)), 2.0
+    )
+    found = Restoration.of(Request.of(np.asarray(picture, np.float32) / np.float32(255.0), FitConfig()))
+    choice, textures = suited_mode(found.request, found.condition)
+    assert (choice.mode, textures) == ("mono", None)
 
 
 def test_a_given_blur_is_in_pixels_of_the_picture() -> None:

@@ -65,7 +65,7 @@ def run_job(
     mode, reason, known = job.settings.mode, None, None
     if mode == "auto":
         known = Restoration.of(_request(job, pixels, job.settings.config("flat"), watch))
-        mode, reason, _ = chosen_mode(known.request.picture.reduced, known.given.settings, known.condition)
+        mode, reason, _ = chosen_mode(known.request.picture.sharp_copy, known.given.settings, known.condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     hole = None if job.erased is None else hole_of(pixels, job.erased)

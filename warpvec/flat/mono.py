@@ -49,7 +49,7 @@ def mono_tracing(
     *,
     tolerance: float | None = None,
     min_area: float = MONO.area_min,
-    is_blurred: bool = False,
+    blur: float = 0.0,
     watch: Watch = UNWATCHED,
 ) -> MonoTracing:
     """Trace what is darker than ``threshold`` in an image, over white, as one compound path in black.
@@ -61,7 +61,7 @@ def mono_tracing(
         threshold: a level in [0, 255]; "auto" for the middle between ink and paper, which Otsu's threshold tells apart.
         tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
         min_area: specks and holes of fewer square pixels are left out.
-        is_blurred: whether the blur of the image is known.
+        blur: standard deviation in pixels of the blur of the image; 0 for none that is known.
         watch: the watch over the run. When it is over, the outlines so far must do, the largest first.
 
     Raises:
@@ -72,15 +72,14 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
-    is_clean, scale = False, MONO.soft_scale
+    is_clean, is_sharp = False, False
     if has_two_levels(coverage):
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = staircase_outlines(coverage)
     else:
         noise_tolerance = MONO.noise_deviations * _noise(coverage) / MONO.edge_slope
         is_sharp = _pure_share(coverage) >= MONO.sharp_share
-        is_clean = (is_sharp or is_blurred) and noise_tolerance <= CURVES.tolerance
-        scale = 1.0 if is_sharp else MONO.soft_scale
+        is_clean = (is_sharp or blur > 0.0) and noise_tolerance <= CURVES.tolerance
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
@@ -88,6 +87,10 @@ def mono_tracing(
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
     least_area = max(min_area, MONO.point_area)
     kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= least_area]
+    if is_clean and len(kept) <= MONO.form_loops_max:
+        scale = 1.0 / max(blur, 1.0)  # corners are as round as the blur is wide, and a later fit undoes it
+    else:
+        scale = 1.0 if is_sharp else MONO.soft_scale
     fitted = _fitted(kept, tolerance, scale, watch)
     left_out = len(outlines) - len(fitted)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)

@@ -25,7 +25,27 @@ def staircase_outlines(coverage: Floats) -> list[Floats]:
     is_square = square_corners(coverage > 0.5)
     around = is_square[:-1, :-1] | is_square[:-1, 1:] | is_square[1:, :-1] | is_square[1:, 1:]
     field = np.where(around, coverage, ndimage.gaussian_filter(coverage, MONO.staircase_blur))
+    field += _joining(field, coverage > 0.5)
     return [_with_corners(outline, is_square) for outline in interpolated_contours(np.pad(field, 1), 1)]
+
+
+def _joining(field: Floats, ink: Mask) -> Floats:
+    """Return what to add to ``field`` [h, w] to join two pixels of a line of ``ink`` that touch at a corner alone.
+
+    A contour joins them if the mean of the four pixels around the corner is over a half. Where most is ink, the line is
+    one of paper.
+    """
+    is_touching = (ink[:-1, :-1] == ink[1:, 1:]) & (ink[:-1, 1:] == ink[1:, :-1]) & (ink[:-1, :-1] != ink[:-1, 1:])
+    share = ndimage.uniform_filter(ink.astype(np.float64), MONO.joint_window)
+    row, column = np.nonzero(is_touching)
+    places = [(row, column), (row, column + 1), (row + 1, column), (row + 1, column + 1)]
+    sign = np.where(share[places[0]] + share[places[3]] < 1.0, 1.0, -1.0)
+    lacking = np.maximum(MONO.joint_level - sign * (np.mean([field[place] for place in places], 0) - 0.5), 0.0)
+    more, less = np.zeros(field.shape), np.zeros(field.shape)
+    for place in places:
+        np.maximum.at(more, place, np.where(sign > 0.0, lacking, 0.0))
+        np.maximum.at(less, place, np.where(sign < 0.0, lacking, 0.0))
+    return more - less
 
 
 def _with_corners(outline: Floats, is_square: Mask) -> Floats:

@@ -14,6 +14,7 @@ from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.mode_choice import Levels, changes
+from warpvec.flat.mono import otsu_threshold
 
 
 def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
@@ -37,7 +38,8 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
     area_min = max((TEXTURES.jpeg_area_min if is_jpeg else TEXTURES.area_min) * parts.size, TEXTURES.side_min**2)
     for number, place in enumerate(ndimage.find_objects(parts), 1):
         is_part = parts[place] == number
-        if is_part.sum() >= area_min and _is_texture(is_part, change[place]) and _is_rough(is_part, levels[place]):
+        is_photo = is_part.sum() >= area_min and _is_texture(is_part, change[place])
+        if is_photo and _is_rough(is_part, levels[place]) and _has_many_levels(levels[place][is_part]):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
 
@@ -111,6 +113,17 @@ def _is_rough(is_part: Mask, levels: Levels) -> bool:
     inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
     rough = np.abs(levels - ndimage.uniform_filter(levels.astype(np.float64), (3, 3, 1))).max(2)
     return bool(inside.any() and (rough[inside] > TEXTURES.rough_change).mean() >= TEXTURES.rough_min)
+
+
+def _has_many_levels(levels: Levels) -> bool:
+    """Return whether ``levels`` [n, 3] are more than a dark and a light one, as those around the edge of a JPEG are."""
+    gray = levels.mean(1)
+    is_dark = gray < 255.0 * otsu_threshold(gray / 255.0)
+    if is_dark.all() or not is_dark.any():
+        return True
+    dark, light = np.median(gray[is_dark]), np.median(gray[~is_dark])
+    off = np.abs(gray - np.where(is_dark, dark, light))
+    return bool((off > TEXTURES.off_share * (light - dark)).mean() >= TEXTURES.off_min)
 
 
 def _with_edges(found: Mask, is_other: Mask) -> Mask:

@@ -74,6 +74,19 @@ class Picture:
         """Whether the picture has alpha."""
         return is_transparent(self.pixels)
 
+    @property
+    def blocks(self) -> int:
+        """Side in pixels of the blocks of the copy whose means are about as sharp as a blur of one pixel leaves."""
+        return 1 if self.is_transparent else max(1, round(self.blur))
+
+    @property
+    def sharp_copy(self) -> NDArray[np.float32]:
+        """The means of the ``blocks`` of the copy: what a picture is shows in sharp edges."""
+        if self.blocks == 1:
+            return self.reduced
+        channels = (Image.fromarray(_channel(self.reduced, index)) for index in range(self.reduced.shape[2]))
+        return np.stack([np.asarray(channel.reduce(self.blocks)) for channel in channels], -1)
+
 
 def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
     """Reduce ``pixels`` [h, w, 3 or 4] until neither side is longer than ``longest_side``; never enlarge them.

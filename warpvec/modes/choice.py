@@ -128,7 +128,7 @@ def suited_mode(request: Request, condition: Condition | None) -> tuple[ModeChoi
         request: what to draw, with the picture as it was before its enlargement and noise.
         condition: what has happened to the picture; None if nobody looked.
     """
-    choice = chosen_mode(request.picture.reduced, request.settings, condition)
+    choice = chosen_mode(request.picture.sharp_copy, request.settings, condition)
     textures = _textures(request, condition) if _may_be_mixed(choice, request) else None
     if textures is not None:
         choice = ModeChoice("mixed", f"a drawing, with photos on {100 * textures.mean():.0f} % of it")
@@ -147,7 +147,12 @@ def _textures(request: Request, condition: Condition | None) -> Mask | None:
         return None
     from warpvec.flat.textures import find_textures
 
-    return find_textures(request.picture.reduced, condition is not None and condition.jpeg is not None)
+    picture = request.picture
+    found = find_textures(picture.sharp_copy, condition is not None and condition.jpeg is not None)
+    if found is None or picture.blocks == 1:
+        return found
+    rows, columns = picture.reduced_size
+    return found.repeat(picture.blocks, 0)[:rows].repeat(picture.blocks, 1)[:, :columns]
 
 
 def _may_have_texture(condition: Condition | None) -> bool:
@@ -211,8 +216,8 @@ def _in_mode(request: Request, mode: str) -> Request:
 def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Condition | None = None) -> ModeChoice:
     """Return the mode that a picture asks for, by its copy that is ``reduced`` to the size of a fit.
 
-    A drawing that is to have the colours of the ``settings`` is not black and white art. Pixels are meant only if
-    somebody has looked at the ``condition`` of the picture.
+    The copy of a blurred picture is its `Picture.sharp_copy`. A drawing that is to have the colours of the ``settings``
+    is not black and white art. Pixels are meant only if somebody has looked at the ``condition`` of the picture.
     """
     is_bound = settings.palette is not None or settings.colors > 0 or settings.cutout or settings.strokes != "auto"
     if condition is not None and not is_bound:

@@ -37,7 +37,7 @@ class Mono:
                 "auto" if threshold == "auto" else float(threshold),
                 tolerance=None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail,
                 min_area=max(MONO.area_min, settings.min_area),
-                is_blurred=request.picture.blur > 0.0,
+                blur=request.picture.blur,
                 watch=request.watch,
             )
             if tracing.is_clean and 0 < tracing.scene.structure.loop_count <= MONO.form_loops_max:

@@ -57,6 +57,12 @@ class TextureConstants:
     """Difference in levels of a pixel from the mean of its 3 x 3 pixels, and the smallest share of an area of texture
     with more. Kodak's photos in cards and ovals have 0.42 and more; shadows of our own making have 0."""
 
+    off_share: float = 0.05
+    off_min: float = 0.3
+    """Difference of a pixel from both the dark and the light of an area, as a share of the difference of these two, and
+    the smallest share of pixels with more. Kodak's photos in cards and ovals have 0.74 and more, as JPEG too; the
+    stroke of a letter of logo_kotlin, as a JPEG that is not found, has 0.11."""
+
     # What stands for it in the drawing (texture_outlines.py)
 
     whole_min: float = 0.99
