@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from short_fits import Photo
 import warpvec
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.paints.registry import FLAT, LINEAR
-from warpvec.geometry.scene import Scene
 from warpvec.image.metrics import psnr
 from warpvec.polish import folds
 from warpvec.svg.measure import draw
@@ -113,14 +113,16 @@ def _outline(points: torch.Tensor) -> str:
 
 def test_large_paths_are_looked_at_for_folds_unless_they_are_scribbles(monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[list[bool]] = []
-    for place, name in ((folds, "crossings_of_rows"), (folds.FoldLook, "crossings")):
 
-        def counted(*arguments: Any, count: Any = getattr(place, name)) -> torch.Tensor:
-            looks.append(arguments[-1].tolist())  # which rows are guarded
-            found: torch.Tensor = count(*arguments)
-            return found
+    def counted(count: Callable[..., torch.Tensor]) -> Callable[..., torch.Tensor]:
+        def look(*arguments: Any) -> torch.Tensor:
+            looks.append(arguments[-1].tolist())  # which paths are guarded
+            return count(*arguments)
 
-        monkeypatch.setattr(place, name, counted)
+        return look
+
+    monkeypatch.setattr(folds, "crossings_of_rows", counted(folds.crossings_of_rows))
+    monkeypatch.setattr(folds.FoldLook, "crossings", counted(folds.FoldLook.crossings))
     angle = torch.linspace(0, 2 * math.pi, 600)
     polygon = 32 + 28 * torch.stack([angle.cos(), angle.sin()], 1)
     scribble = 64 * torch.rand(60, 6, generator=torch.Generator().manual_seed(0))
