@@ -21,6 +21,7 @@ from harness import markdown_table
 import warpvec.kernels
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
+from warpvec.polish.fold_look import fold_numbers
 from warpvec.rendering.launch import start_warp
 
 ARCHITECTURE = 90
@@ -30,7 +31,14 @@ _BOTH = (False, True)
 _PAINTS = ((False, False), (True, False), (False, True))  # flat, gradients of two stops, gradients of several
 _FOLDER = Path(warpvec.kernels.__file__).parent
 
-STAGES = sorted(path.stem for path in _FOLDER.glob("*.py") if "\ndef make_kernels(" in path.read_text())
+_FACTORIES = {path.stem: path.read_text() for path in sorted(_FOLDER.glob("*.py"))}
+
+STAGES = [
+    stem for stem, text in _FACTORIES.items() if "\ndef make_kernels(lanes: Lanes" in text.replace("(\n    ", "(")
+]
+
+FIT_STEPS = [stem for stem, text in _FACTORIES.items() if "\ndef make_kernels(" in text and stem not in STAGES]
+"""Files of the kernels of exact fits (``warpvec/polish``), which run as few work items, most of them on the CPU."""
 
 FACTORY_ARGUMENTS = {
     "compositing": list(_PAINTS),
@@ -81,6 +89,17 @@ def make_stage(stage: str, variant: tuple[bool, ...]) -> SimpleNamespace:
     """Return the kernels of a stage in the form that a GPU runs."""
     start_warp()
     return import_module(f"warpvec.kernels.{stage}").make_kernels(make_lanes(1, wp.float32), *variant)
+
+
+def fit_modules() -> list[wp.Module]:
+    """Return the modules of the kernels of `FIT_STEPS`."""
+    start_warp()
+    arguments = {"aligned_nodes": [wp.float32], "folds": [fold_numbers()]}
+    modules = []
+    for stem in FIT_STEPS:
+        made = import_module(f"warpvec.kernels.{stem}").make_kernels(*arguments.get(stem, []))
+        modules += [kernel.module for kernel in vars(made).values()]
+    return list(dict.fromkeys(modules))
 
 
 def stage_resources(stage: str, variant: tuple[bool, ...]) -> dict[str, Resources]:

@@ -54,6 +54,14 @@ def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) ->
         assert resources.shared <= SHARED_MAX, name
 
 
+@pytest.mark.slow
+def test_kernels_of_exact_fits_compile_for_a_gpu() -> None:
+    modules = cubins.fit_modules()
+    assert {"near_errors", "folds", "normal_matrix"} <= {module.name.split(".")[2] for module in modules}
+    for module in modules:
+        assert cubins.module_resources(module), module.name
+
+
 def test_a_kernel_with_local_and_shared_memory_is_seen() -> None:
     # Local arrays need a stack frame on CUDA. Only vector lanes use them, in the compositing adjoint.
     module = wp.get_module("test_cuda_compile")

@@ -180,7 +180,7 @@ def _fitted(outlines: list[Floats], tolerance: float, scale: float, watch: Watch
         if fitted and watch.is_over():
             break
         some = outlines[first : first + MONO.outlines_at_once]
-        fitted += fit_enlarged(some, [scale] * len(some), scale * tolerance)
+        fitted += fit_enlarged(some, [scale] * len(some), tolerance)
     return fitted
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 import warp as wp
-from scipy import sparse
 from torch import Tensor
 
 from warpvec.geometry.joints import Joints
@@ -17,6 +17,9 @@ from warpvec.geometry.scene import Scene
 from warpvec.kernels import aligned_nodes
 from warpvec.polish.machine import machine_of_thread
 from warpvec.rendering.launch import as_warp
+
+if TYPE_CHECKING:  # photos need no matrix, and loading SciPy takes a tenth of a second
+    from scipy import sparse
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,16 @@ PAIRS_MAX = 2**22
 
 @cache
 def _kernels() -> SimpleNamespace:
-    numbers = SimpleNamespace(
+    return folds.make_kernels(fold_numbers())
+
+
+def fold_numbers() -> SimpleNamespace:
+    """Return the constants that the kernels share with the modules that they stand for."""
+    return SimpleNamespace(
         smooth_degrees=joints.SMOOTH_DEGREES, handle_error=joints.HANDLE_ERROR, length_min=joints.LENGTH_MIN,
         rounding_degrees_max=joints.ROUNDING_DEGREES_MAX, turn_max=rounding.TURN_MAX, reach=rounding.REACH,
         chords=crossings.CHORDS, fold_min=crossings.FOLD_MIN, fold_width=crossings.FOLD_WIDTH,
     )  # fmt: skip
-    return folds.make_kernels(numbers)
 
 
 class FoldLook:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from flat_regions import box, coverage, disc
 
+from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.curves.contours import signed_area
+from warpvec.flat.curves.curve_fitting import fit_enlarged
 from warpvec.flat.layers.fine_outlines import fine_contours_of
 
 
@@ -25,3 +27,11 @@ def test_hole_of_a_small_ring_stays_open() -> None:
     assert abs(outer) == pytest.approx(9.0 * np.pi, rel=0.05)
     assert abs(inner) == pytest.approx(1.8**2 * np.pi, rel=0.1)
     assert outer * inner < 0
+
+
+@pytest.mark.parametrize("columns", [[0.8, 0.3], [0.5, 0.5]])
+def test_the_sides_of_a_stem_are_lines(columns: list[float]) -> None:
+    covered = np.zeros((16, 8))
+    covered[3:14, 3:5] = columns
+    ((segments, is_line),) = fit_enlarged(fine_contours_of(covered), [LETTERING.scale])
+    assert len(segments) == 4 and is_line.sum() >= 2

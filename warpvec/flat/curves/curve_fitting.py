@@ -19,13 +19,15 @@ Curves = tuple[Floats, Mask]
 """The control points [n, 3, 2] of a loop, and a mask of its lines [n]."""
 
 
-def fit_loops(loops: Sequence[Floats], tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED) -> list[Curves]:
+def fit_loops(
+    loops: Sequence[Floats], tolerance: float | Floats = CURVES.tolerance, watch: Watch = UNWATCHED
+) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2].
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
-    rather than cubics, each within ``tolerance`` pixels of the outline, and few kinks where it is smooth. A rough
-    outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is over, the pieces are
-    short, and only roughly smooth, and no outline counts as rough.
+    rather than cubics, each within ``tolerance`` pixels (one, or one for each loop) of the outline, and few kinks where
+    it is smooth. A rough outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is
+    over, the pieces are short, and only roughly smooth, and no outline counts as rough.
     """
     if not loops:
         return []
@@ -54,10 +56,10 @@ def fit_enlarged(
 ) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2], fitted as if it were so many times larger.
 
-    The ``tolerance`` is in pixels of the larger ones.
+    Its corners and bends may then be closer to each other. The ``tolerance`` is in pixels of the given polylines.
     """
     larger = [scale * loop for scale, loop in zip(scales, loops, strict=True)]
-    fits = fit_loops(larger, tolerance, watch)
+    fits = fit_loops(larger, tolerance * np.array(scales), watch)
     return [(segments / scale, is_line) for (segments, is_line), scale in zip(fits, scales, strict=True)]
 
 
