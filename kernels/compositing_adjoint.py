@@ -155,7 +155,7 @@ def make_kernels(
         width_px: int,
         tile_reference: wp.array(dtype=vector),  # [tiles, planes, TILE TILE / width] target (fused) or dL/d(image)
         reference_planes: int,  # 3, or 4 for a shifted target (fused only)
-        tile_moments: wp.array2d(dtype=dtype),  # [tiles, MOMENTS] of the target, or none; see ``add_plain``
+        tile_moments: wp.array2d(dtype=dtype),  # [tiles, 5] pixels, means, squared deviation, or none
         has_moments: int,
         error_scale: dtype,  # dL/d(squared error), fused only
         stack_chunk: int,  # tiles that share a stack, one after another; 0: every tile has its own

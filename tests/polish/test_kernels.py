@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
@@ -117,9 +118,35 @@ def test_tiles_of_one_colour_count_as_their_pixels_do(scene: Scene, background: 
     target = Target(picture, CONFIG, "cpu")
     found = target.fit_step(wide, False)
     error = target.squared_error(wide)
-    target._renderer._compositing._measured.clear()
+    measured = target._renderer._compositing._measured
+    assert measured
+    for _, moments in measured.values():  # which the steps so far have used
+        moments.zero_()
+    assert target.fit_step(wide, False).loss < 0.9 * found.loss
+    measured.clear()
     want = target.fit_step(wide, False)
     for name, value in vars(want).items():
         if value is not None:
             torch.testing.assert_close(getattr(found, name), value, rtol=1e-4, atol=1e-8)
     torch.testing.assert_close(error.sum().double() * target.error_scale, want.loss.double(), rtol=1e-4, atol=0.0)
+
+
+def test_slopes_after_a_step_are_those_of_the_scene_asked_for(scene: Scene) -> None:
+    """A renderer keeps what its last step has covered, for the matrix of the same scene."""
+    target, strokes = _variables(scene).target, scene.strokes
+    assert strokes is not None
+    others = [
+        replace(scene, color=scene.color.flip(0)),
+        replace(scene, strokes=replace(strokes, cap=torch.zeros_like(strokes.cap))),
+        replace(scene, segments=scene.segments + 0.5),
+    ]
+    for other in [scene, *others]:
+        target.fit_step(scene, False)
+        got = _slopes(target, other)
+        fresh = _variables(scene).target
+        for one, want in zip(got, _slopes(fresh, other), strict=True):
+            assert np.array_equal(one, want)
+
+
+def _slopes(target: Target, scene: Scene) -> list[NDArray[np.float32]]:
+    return [part.slopes[part.is_partial].copy() for part in target.pixel_slopes(scene)]

@@ -126,7 +126,7 @@ def _suggestion(args: list[str]) -> str:
 
 
 def _exhaustion(error: Exception) -> str | None:
-    """Return a message if the disk or memory is full, cannot be written, or nobody reads the output any more."""
+    """Return a message if the disk or memory is full, the disk is read-only, or the reader has left."""
     if isinstance(error, BrokenPipeError):
         return "the reader of the output left before all was written"
     if isinstance(error, OSError) and (is_full(error) or error.errno == errno.EFBIG):

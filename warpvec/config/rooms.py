@@ -30,7 +30,7 @@ class Room:
         path_models: name of a path model -> its class, a `warpvec.fit.path_models.PathModel`.
         policies: name of a policy -> its class; see `warpvec.fit.policies.base.Policy`.
         words: one of these names -> what it is, for the help.
-        short_fits: settings of fits that use every kernel of the room, for `warpvec.fit.precompile`.
+        short_fits: settings of fits that use every kernel of the room, for `warpvec.modes.precompile`.
     """
 
     settings: type

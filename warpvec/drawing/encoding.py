@@ -184,7 +184,7 @@ class Encoding:
         metadata = None if self.options.no_metadata else self.metadata or stated_settings(self.settings)
         return write_svg(
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
-            sides=self.options.sides(columns, round(rows)) or self.sides, layer_names=self.layer_names,
+            sides=self.options.sides(columns, rows) or self.sides, layer_names=self.layer_names,
         )  # fmt: skip
 
     def least_text(self) -> str:

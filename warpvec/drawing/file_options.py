@@ -74,7 +74,7 @@ class FileOptions:
         """Pixels per inch; None for real units."""
         return None if self.ppi == "mm" else float(self.ppi)
 
-    def sides(self, width: int, height: int) -> tuple[str, str] | None:
+    def sides(self, width: float, height: float) -> tuple[str, str] | None:
         """Return the attributes width and height of a drawing of this many pixels; None without a size."""
         if self.size is None:
             return None

@@ -14,6 +14,7 @@ from torch import Tensor
 
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
+from warpvec.geometry.structure import Structure
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS
 from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import make_lanes
@@ -89,10 +90,12 @@ class _Covered(NamedTuple):
     """What the last step has covered, and the coverage before its adjoint took its memory.
 
     Attributes:
-        values: those of the paths; kept, no other values have their memory.
-        versions: of these values then.
+        structure: that of the scene.
+        values: tensors of the scene. They are kept, so that no other tensor gets their address.
+        versions: of these tensors then.
     """
 
+    structure: Structure
     values: list[Tensor]
     versions: list[int]
     hits: Hits
@@ -101,7 +104,9 @@ class _Covered(NamedTuple):
     def is_of(self, scene: Scene) -> bool:
         """Return whether ``scene`` has these paths."""
         values = _values_of(scene)
-        if len(values) != len(self.values) or self.versions != [value._version for value in values]:
+        if scene.structure is not self.structure or len(values) != len(self.values):
+            return False
+        if self.versions != [value._version for value in values]:
             return False
         return all(map(_is_same_memory, values, self.values))
 
@@ -111,12 +116,13 @@ def _is_same_memory(one: Tensor, other: Tensor) -> bool:
 
 
 def _values_of(scene: Scene) -> list[Tensor]:
-    values = [scene.segments, scene.color, scene.opacity, scene.structure.loop_first_segment]
+    values = [scene.segments, scene.color, scene.opacity]
     if scene.gradients is not None:
-        values += [scene.gradients.geometry, scene.gradients.end_color]
+        values += [scene.gradients.kind, scene.gradients.geometry, scene.gradients.end_color]
         stops = scene.gradients.stops
         values += [] if stops is None else [stops.inner_color, stops.offset, stops.opacity, stops.breadth]
-    values += [] if scene.strokes is None else [scene.strokes.width]
+    strokes = scene.strokes
+    values += [] if strokes is None else [strokes.width, strokes.cap, strokes.join, strokes.miter_limit]
     values += [] if scene.softness is None else [scene.softness.sigma]
     return values
 
@@ -287,7 +293,7 @@ class TileRenderer(ABC):
         coverage = wp.to_torch(hits[2])
         covered, total, parts = coverage.clone(), torch.zeros_like(coverage), []
         values = _values_of(scene)
-        self._kept = _Covered(values, [value._version for value in values], hits, covered)
+        self._kept = _Covered(scene.structure, values, [value._version for value in values], hits, covered)
         for prepared_target, background in views:
             coverage.copy_(covered)
             over = (*hits[:3], hits[3].over(background, self._lanes))

@@ -73,8 +73,9 @@ def _draw_here(text: str, options: dict[str, Any]) -> bytes:
 
 def _draw_in_sandbox(text: str, options: dict[str, Any]) -> bytes:
     key = (text, tuple(options.items()))
-    if key in _last_drawing:
-        return _last_drawing[key]
+    drawn = _last_drawing.get(key)
+    if drawn is not None:
+        return drawn
     try:
         png = run_in_sandbox("warpvec.svg.resvg_work", text.encode(), **options)
     except SandboxError as error:

@@ -102,7 +102,7 @@ def in_pixels_of(sides: tuple[str, str], pixels_per_inch: float) -> tuple[str, s
     return across, down
 
 
-def sides_of(size: str, width: int, height: int) -> tuple[str, str]:
+def sides_of(size: str, width: float, height: float) -> tuple[str, str]:
     """Return the attributes width and height of a drawing of ``width`` x ``height`` pixels that is ``size`` wide.
 
     Args:

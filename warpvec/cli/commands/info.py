@@ -26,7 +26,7 @@ def info(compiles: bool, as_json: bool) -> None:
 
 
 def _compile_kernels() -> float:
-    from warpvec.fit.precompile import compile_kernels
+    from warpvec.modes.precompile import compile_kernels
 
     return round(compile_kernels(), 1)
 

@@ -6,17 +6,24 @@ import time
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import torch
+from torch import Tensor
 
 from warpvec.config.presets import make_config
 from warpvec.config.rooms import rooms
 from warpvec.fit.loop import fit
+from warpvec.fit.target import Target
 from warpvec.fit.visibility import visible_areas
+from warpvec.flat.simplification.local_error import errors_near
 from warpvec.geometry.cubics import to_cubics
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import LINEAR
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
+from warpvec.polish.polish import polish
 from warpvec.rendering.draw import draw_pixels
 from warpvec.rendering.launch import resolve_device
 from warpvec.rendering.operator import draw_adjoint, outline_slopes
@@ -50,7 +57,17 @@ def compile_kernels(device: str = "auto") -> float:
         outline_slopes(stroke, 16, 16)
         for scene in (stroke, replace(stroke, softness=Softness(torch.ones(1, device=where)))):
             draw_adjoint(scene, torch.ones(16, 16, 3, device=where))
+    _polish_flat_art(target)
     return time.perf_counter() - start
+
+
+def _polish_flat_art(target: Tensor) -> None:
+    """Fit two drawings exactly, one with a gradient, and look for their errors, as flat art does on the CPU."""
+    config, flat = make_config(device="cpu"), _stroke()
+    ramp = Gradients(torch.tensor([LINEAR], dtype=torch.int32), torch.tensor([[0.0, 0.0, 9.0, 9.0]]), torch.ones(1, 3))
+    for scene in (flat, replace(flat, strokes=None, gradients=ramp)):
+        found = polish(Target(target, config, "cpu"), scene, config, iterations=2).scene
+        errors_near(found.segments.double().numpy(), np.zeros((16, 16), np.float32))
 
 
 def _stroke() -> Scene:

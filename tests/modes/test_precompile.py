@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from warpvec.errors import InputError
-from warpvec.fit.precompile import compile_kernels
 from warpvec.image.write import write_png
+from warpvec.modes.precompile import compile_kernels
 
 NOTED = """
 import os
@@ -41,12 +42,23 @@ def loaded(noted: Path, *arguments: object) -> set[str]:
     return set(noted.read_text().splitlines())
 
 
-@pytest.mark.slow  # four commands
+def _drawing() -> NDArray[np.float32]:
+    """Return a drawing of a ramp and a line on white [64, 64, 3]."""
+    image = np.ones((64, 64, 3), np.float32)
+    image[8:28, 8:56] = np.linspace(0.2, 0.8, 48, dtype=np.float32)[None, :, None]
+    image[40:44, 8:56] = 0.0
+    return image
+
+
+@pytest.mark.slow  # five commands
 def test_a_run_after_it_compiles_nothing(tmp_path: Path) -> None:
     photo, noted = tmp_path / "photo.png", tmp_path / "noted"
     write_png(photo, np.random.default_rng(0).random((40, 56, 3), dtype=np.float32))
     compiled = loaded(noted, "info", "--compile")
     assert len(compiled) > 10
+    drawing = tmp_path / "drawing.png"
+    write_png(drawing, _drawing())
+    assert loaded(noted, "run", drawing, tmp_path / "out.svg", "--mode", "flat", "--quiet") <= compiled
     settings = ["--curves", 20, "--device", "cpu", "--quiet"]
     many = ["--iterations", 60, "--recycle-gap", 10]
     for fit in (many, ["--preset", "paper", "--iterations", 5], ["--gradients", 8, *many]):
