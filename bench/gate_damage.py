@@ -17,7 +17,7 @@ BLUR_SIGMA = 1.0
 """Sigma in px."""
 
 NOISE_SIGMA = 5.0
-"""Deviation in levels, alike in all channels."""
+"""Standard deviation in levels; each channel has noise of its own."""
 
 
 def web(pixels: Pixels) -> Pixels:

@@ -23,7 +23,7 @@ SAMPLES_MIN, SAMPLES_MAX = 4, 4096
 """Fewest samples of a curve, and the most, which bound the work on one wild curve."""
 
 FILL, STROKE, STROKE_START, CLOSING, LEFT_OUT = range(5)
-"""What a row is: a curve of a fill or of a stroke, the first one of an open stroke, its last row, or nothing wanted."""
+"""What a row is: a curve of a fill or of a stroke, the first one of an open stroke, its last row, or left out."""
 
 ROW_VALUES = 9
 """Values of a row: the coordinates of the four points of its curve, and the width of its stroke."""

@@ -1,7 +1,7 @@
 """The weights of crossed pixels in the Gauss-Newton matrix, from the derivatives of ``pixel_slopes.py``.
 
-They are the change of each pixel's planes with the winding of each curve that crosses it, and the visible share of each
-path there; and of all other pixels the sums of the squared shares, as nothing but colours acts on these.
+Crossed pixels get two things: how their planes change with the winding of each path, and the share that each path
+shows. Of other pixels only the sums of squared shares count, because only colours act there.
 """
 
 from functools import cache

@@ -17,7 +17,7 @@ POINT_COLUMNS, COLUMNS_MAX = 16, 23
 """Most coordinates of points that a curve depends on, and most values: with a width and six numbers of a form."""
 
 DIRECTION_MIN = 1e-6
-"""Length of a direction in pixels below which it is shorter than 1."""
+"""Shorter directions, in pixels, are divided by this and not by their length."""
 
 mat22 = wp.mat22d
 vec2 = wp.vec2d

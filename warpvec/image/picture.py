@@ -76,7 +76,7 @@ class Picture:
 
     @property
     def blocks(self) -> int:
-        """Side in pixels of the blocks of the copy whose means are about as sharp as a blur of one pixel leaves."""
+        """Side in pixels of the blocks whose means leave a blur of about one pixel."""
         return 1 if self.is_transparent else max(1, round(self.blur))
 
     @property

@@ -31,8 +31,8 @@ class MonoConstants:
 
     joint_level: float = 0.15
     joint_window: int = 7
-    """Least mean over a half of the four pixels around a corner at which two pixels of a line touch, so that the blur
-    leaves them joined; and side in pixels of the square that tells whether ink or paper is the line there. A line of
+    """By how much the mean of the four pixels must exceed a half where two pixels of a line touch at a corner, so that
+    the blur leaves them joined; and side in pixels of the square that tells whether ink or paper is the line there. A line of
     one pixel came apart where it is oblique, as the arc of the door in plan_1bit. Five drawings of `bench/mono.py`
     change by at most 0.0001 of IoU; with 0.1 the engraving loses 0.001."""
 
