@@ -136,7 +136,7 @@ def test_without_iterations_lines_stay_lines_even_if_they_are_free(photo: Path) 
     [
         (FOREIGN.replace('height="64">', 'height="96">', 1), "--from must have the proportions of the photo, 96 x 64"),
         ('<svg xmlns="http://www.w3.org/2000/svg" width="96" height="64"/>', "--from must contain filled paths"),
-        ("not an svg", "--from must be well-formed XML"),
+        ("not an svg", "--from must be an SVG file"),
     ],
 )
 def test_other_drawings_are_refused_in_one_line(photo: Path, text: str, message: str) -> None:

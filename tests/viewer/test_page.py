@@ -214,7 +214,7 @@ def refusal(folder: Path, *arguments: Any, **options: Any) -> str:
 @pytest.mark.parametrize(
     ("svg", "word"),
     [
-        (b"nonsense", "well-formed"),
+        (b"nonsense", "must be an SVG file"),
         (b'<!DOCTYPE svg [<!ENTITY a "a">]><svg/>', "entities"),
         (f'<svg {NS} width="9" height="9"><image href="http://e.org/x.png"/></svg>'.encode(), "other files"),
         (gzip.compress(SVG)[:-9], "gzipped"),

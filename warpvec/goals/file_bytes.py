@@ -33,7 +33,8 @@ def parse_size(name: str, text: str) -> int:
     match = _SIZE.fullmatch(text.strip())
     count = 0.0 if match is None else float(match[1]) * _UNITS[(match[2] or "").lower()]
     if not 1.0 <= count < math.inf:
-        raise InputError(name, "must be a size such as 50000, 80k or 1.5M", repr(text), "give at least 1")
+        remedy = "give at least 1" if match else "k is 1,000 bytes, and M a million"
+        raise InputError(name, "must be a size such as 50000, 80k or 1.5M", repr(text), remedy)
     return round(count)
 
 

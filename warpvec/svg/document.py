@@ -226,6 +226,8 @@ class _Parser:
             _check_namespaces(self._data)
             self._expat.Parse(self._data, True)
         except (expat.ExpatError, UnicodeEncodeError) as error:
+            if "<" not in self.document.text:
+                raise InputError("SVG", "must be an SVG file", "a text without tags", "give another file") from None
             raise InputError("SVG", "must be well-formed XML", str(error), "save it again from its editor") from None
         finally:
             # The handlers of expat refer back to this object, so it and its text would stay until the next collection.

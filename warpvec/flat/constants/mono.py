@@ -32,9 +32,9 @@ class MonoConstants:
     joint_level: float = 0.15
     joint_window: int = 7
     """By how much the mean of the four pixels must exceed a half where two pixels of a line touch at a corner, so that
-    the blur leaves them joined; and side in pixels of the square that tells whether ink or paper is the line there. A line of
-    one pixel came apart where it is oblique, as the arc of the door in plan_1bit. Five drawings of `bench/mono.py`
-    change by at most 0.0001 of IoU; with 0.1 the engraving loses 0.001."""
+    the blur leaves them joined; and side in pixels of the square that tells whether ink or paper is the line there. A
+    line of one pixel came apart where it is oblique, as the arc of the door in plan_1bit. Five drawings of
+    `bench/mono.py` change by at most 0.0001 of IoU; with 0.1 the engraving loses 0.001."""
 
     long_edge: int = 4
     """Pixels of a level or upright edge, in a picture of two levels, from which a corner beside it is meant."""
