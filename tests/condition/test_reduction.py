@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from damage import drawn, enlarged, levels_of
+from damage import as_jpeg, drawn, enlarged, levels_of
 from PIL import Image
 from PIL.Image import Resampling
 
@@ -36,13 +36,15 @@ def test_edges_without_rims_are_left_alone(kernel: Resampling) -> None:
     assert find_reduction(levels_of(reduced(120, kernel))) is None
 
 
-def test_a_reduction_is_found_before_an_enlargement_alone() -> None:
+def test_a_reduction_is_found_before_an_enlargement_alone_and_not_in_a_jpeg() -> None:
     small = reduced(120, Resampling.LANCZOS)
     found = [
         measure_condition(np.asarray(image, np.float32) / 255.0)
-        for image in (small, enlarged(small, 3.0, Resampling.BICUBIC))
+        for large in [enlarged(small, 3.0, Resampling.BICUBIC)]
+        for image in (small, large, as_jpeg(large, 80))
     ]
-    assert [each.reduction for each in found] == [None, "lanczos"]
+    assert found[2].enlargement is not None
+    assert [each.reduction for each in found] == [None, "lanczos", None]
     assert "reduced before that (lanczos)" in str(found[1].words)
 
 

@@ -104,7 +104,8 @@ def measure_condition(pixels: Floats32) -> Condition:
         restored = before_enlargement(pixels, enlargement)
         small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
-    is_undone = enlargement is not None and not (is_transparent(pixels) or any(noise))
+    # JPEG leaves ringing at thin parts, which looks like the rims of a kernel.
+    is_undone = enlargement is not None and jpeg is None and not (is_transparent(pixels) or any(noise))
     return Condition(
         enlargement,
         measure_blur(small @ LUMA, max(noise)),
