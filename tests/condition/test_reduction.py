@@ -41,7 +41,7 @@ def test_a_reduction_is_found_before_an_enlargement_alone_and_not_in_a_jpeg() ->
     found = [
         measure_condition(np.asarray(image, np.float32) / 255.0)
         for large in [enlarged(small, 3.0, Resampling.BICUBIC)]
-        for image in (small, large, as_jpeg(large, 80))
+        for image in (small, large, as_jpeg(large, 80, subsampling=0))
     ]
     assert found[2].enlargement is not None
     assert [each.reduction for each in found] == [None, "lanczos", None]
