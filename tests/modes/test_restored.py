@@ -9,6 +9,7 @@ from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
 import warpvec
+from warpvec.condition.restoration import before_enlargement
 from warpvec.config.fit_config import FitConfig
 from warpvec.goals.goal import make_goal
 from warpvec.image.metrics import psnr
@@ -23,6 +24,21 @@ WIDTH, FACTOR = 80, 5
 
 def drawing_of(image: Image.Image, **options: object) -> warpvec.Result:
     return warpvec.vectorize(np.asarray(image), iterations=4, threads=1, strokes="off", **options)
+
+
+def test_rims_of_a_reduction_before_the_enlargement_are_not_drawn() -> None:
+    kept, undone = {}, {}
+    for kernel in (Resampling.BOX, Resampling.LANCZOS):
+        small = drawn(8 * WIDTH).resize((WIDTH, round(0.8 * WIDTH)), kernel)
+        large = levels_of(enlarged(small, FACTOR, Resampling.BICUBIC)) / 255.0
+        request = Request.of(large.astype(np.float32), FitConfig())
+        condition = measured(request)
+        assert condition is not None and condition.enlargement is not None
+        kept[kernel] = before_enlargement(request.picture.pixels, condition.enlargement)
+        undone[kernel] = restored(request, condition).picture.reduced
+    means = kept[Resampling.BOX]
+    assert np.array_equal(undone[Resampling.BOX], means)
+    assert psnr(undone[Resampling.LANCZOS], means) > psnr(kept[Resampling.LANCZOS], means) + 3.0
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from warpvec.condition.jpeg import Jpeg, find_jpeg
 from warpvec.condition.levels import Palette, find_palette
 from warpvec.condition.light import Light, find_uneven_light
 from warpvec.condition.noise import measure_noise
+from warpvec.condition.reduction import find_reduction
 from warpvec.condition.restoration import before_enlargement
 from warpvec.image.alpha import is_transparent, over
 from warpvec.image.luma import LUMA
@@ -32,6 +33,8 @@ class Condition:
         jpeg: what it was saved as; None for no JPEG.
         palette: its few colours; None for many.
         light: the light on its paper; None if it is even, or no paper.
+        reduction: the kernel that it was reduced with before it was enlarged, if this has left rims at edges that can
+            be undone; None if not.
     """
 
     enlargement: Enlargement | None = None
@@ -40,6 +43,7 @@ class Condition:
     jpeg: Jpeg | None = None
     palette: Palette | None = None
     light: Light | None = None
+    reduction: str | None = None
 
     @property
     def blur(self) -> float:
@@ -54,6 +58,7 @@ class Condition:
             "enlarged": None
             if found is None
             else {"factor": found.factor, "width": found.width, "height": found.height, "kernel": found.kernel},
+            "reduced": self.reduction,
             "blur": self.blur,
             "noise": list(self.noise),
             "jpeg": None if jpeg is None else {"quality": jpeg.quality, "subsampled": jpeg.is_subsampled},
@@ -69,6 +74,8 @@ class Condition:
         if found is not None:
             size = f"{found.width} x {found.height} px"
             parts.append(f"enlarged {found.factor:.3g} times from {size} ({found.kernel})")
+        if self.reduction is not None:
+            parts.append(f"reduced before that ({self.reduction})")
         if self.blur:
             parts.append(f"blur {self.blur:.1f} px")
         if any(self.noise):
@@ -96,14 +103,17 @@ def measure_condition(pixels: Floats32) -> Condition:
     else:
         restored = before_enlargement(pixels, enlargement)
         small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
-    noise = measure_noise(small)
+    noise, jpeg = measure_noise(small), find_jpeg(levels)
+    # JPEG leaves ringing at thin parts, which looks like the rims of a kernel.
+    is_undone = enlargement is not None and jpeg is None and not (is_transparent(pixels) or any(noise))
     return Condition(
         enlargement,
         measure_blur(small @ LUMA, max(noise)),
         noise,
-        find_jpeg(levels),
+        jpeg,
         find_palette(np.rint(small)),
         find_uneven_light(levels) if part.size == seen.size else None,
+        find_reduction(small) if is_undone and small[..., 0].size <= CONDITION.unrimmed_pixels_max else None,
     )
 
 

@@ -88,6 +88,37 @@ class ConditionConstants:
     drawing with bars has 0.76, and 0.88 on one axis. Of 115 drawings that were enlarged by 1.5 to 8, 107 are found, and
     76 of 105 that were then saved as JPEG of quality 60 to 90."""
 
+    # Reduction before an enlargement (edge_models.py, reduction.py, unrimming.py)
+
+    patch_reach: int = 3
+    patch_slope_min: float = 60.0
+    patch_rounds: int = 8
+    patches_min: int = 50
+    patches_max: int = 1200
+    """Pixels on each side of the middle of a patch, as far as Lanczos reaches; least change of levels over two pixels
+    there; rounds of the fit; fewest patches with an edge that tell; and most that are looked at, for time."""
+
+    curvature_max: float = 0.2
+    step_min: float = 30.0
+    edge_rest_max: float = 0.03
+    """Largest curvature of an edge, per pixel; least difference in levels between its sides; and most that its best
+    kernel leaves unexplained, as a share of it: corners and thin lines leave more, and tell nothing."""
+
+    reduction_share_max: float = 0.9
+    """What the best kernel leaves unexplained is at most this share of what the second best does. Right ones leave 0.17
+    to 0.74 in 16 clean pictures, a wrong one 0.95, and up150_mio has 0.70. JPEGs are left as they are: of 11 of quality
+    80 that were reduced by means, a thin one counts as bicubic with 0.6."""
+
+    unrimmed_pixels_max: int = 50_000
+    """Most pixels of a picture whose rims are undone. It takes some 3 s of one thread for 20,000."""
+
+    fineness: int = 3
+    fine_weight: float = 100.0
+    fine_rounds: int = 150
+    """Pixels of the fine picture along a side of one of the given picture; weight of squared errors against total
+    variation; and rounds of its minimization. With 4, 100 and 200, the error of an emoji of 150 px that was reduced by
+    bicubic and Lanczos falls from 47.7 and 45.2 to 54.7 and 53.7 dB; with 80 rounds, to 50.8 and 48.9 dB."""
+
     # Noise (noise.py)
 
     noise_block: int = 8

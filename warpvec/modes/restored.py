@@ -125,6 +125,10 @@ def _before(request: Request, condition: Condition) -> Request:
 
             if are_rectangles(pixels):  # the picture has their edges as exactly
                 return request
+        if condition.reduction is not None:
+            from warpvec.condition.unrimming import without_rims
+
+            pixels = without_rims(pixels, condition.reduction)
     elif condition.light is not None and not picture.is_transparent and request.settings.threshold == "auto":
         from warpvec.condition.light import in_even_light
 

@@ -1,0 +1,55 @@
+"""The kernel that a picture was reduced with before its enlargement is told from rims at edges, which are undone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from damage import as_jpeg, drawn, enlarged, levels_of
+from PIL import Image
+from PIL.Image import Resampling
+
+from warpvec.arrays import Floats32
+from warpvec.condition.condition import measure_condition
+from warpvec.condition.reduction import find_reduction
+from warpvec.condition.unrimming import without_rims
+
+
+def reduced(width: int, kernel: Resampling) -> Image.Image:
+    """Return a drawing that was drawn large, and reduced to ``width`` by ``kernel``."""
+    large = drawn(8 * width)
+    return large.resize((width, large.height // 8), kernel)
+
+
+def error(image: Image.Image | Floats32, truth: Image.Image) -> float:
+    """Return the root mean square of the difference, in levels."""
+    levels = levels_of(image) if isinstance(image, Image.Image) else 255.0 * image
+    return float(np.sqrt(np.mean((levels - levels_of(truth)) ** 2)))
+
+
+@pytest.mark.parametrize("kernel", [Resampling.BICUBIC, Resampling.LANCZOS])
+def test_a_kernel_that_leaves_rims_is_found(kernel: Resampling) -> None:
+    assert find_reduction(levels_of(reduced(120, kernel))) == kernel.name.lower()
+
+
+@pytest.mark.parametrize("kernel", [Resampling.BOX, Resampling.BILINEAR])
+def test_edges_without_rims_are_left_alone(kernel: Resampling) -> None:
+    assert find_reduction(levels_of(reduced(120, kernel))) is None
+
+
+def test_a_reduction_is_found_before_an_enlargement_alone_and_not_in_a_jpeg() -> None:
+    small = reduced(120, Resampling.LANCZOS)
+    found = [
+        measure_condition(np.asarray(image, np.float32) / 255.0)
+        for large in [enlarged(small, 3.0, Resampling.BICUBIC)]
+        for image in (small, large, as_jpeg(large, 80, subsampling=0))
+    ]
+    assert found[2].enlargement is not None
+    assert [each.reduction for each in found] == [None, "lanczos", None]
+    assert "reduced before that (lanczos)" in str(found[1].words)
+
+
+@pytest.mark.parametrize("kernel", [Resampling.BICUBIC, Resampling.LANCZOS])
+def test_rims_are_undone(kernel: Resampling) -> None:
+    given, truth = reduced(120, kernel), reduced(120, Resampling.BOX)
+    undone = without_rims(levels_of(given).astype(np.float32) / 255.0, kernel.name.lower())
+    assert error(undone, truth) < 0.6 * error(given, truth)

@@ -1,0 +1,57 @@
+"""Find out by which kernel a picture was reduced before it was enlarged, from the rims of its edges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpvec.arrays import Floats
+from warpvec.condition.constants import CONDITION
+from warpvec.condition.edge_models import REDUCTIONS, fit_edges
+
+RIMMED = ("bicubic", "lanczos")
+"""The kernels of `REDUCTIONS` that leave rims at edges."""
+
+
+def find_reduction(levels: Floats) -> str | None:
+    """Return the kernel in ``RIMMED`` that the picture ``levels`` [h, w, 3] in [0, 255] was surely reduced with.
+
+    It is None if edges do not tell, or if they have no rims.
+    """
+    patches = _patches(levels)
+    if len(patches) < CONDITION.patches_min:
+        return None
+    fits = {name: fit_edges(patches, name) for name in REDUCTIONS}
+    rest = np.stack([fit.rest for fit in fits.values()])
+    is_edge = (rest.min(0) < CONDITION.edge_rest_max) & (fits["lanczos"].step > CONDITION.step_min)
+    if is_edge.sum() < CONDITION.patches_min:
+        return None
+    kept = np.minimum(rest[:, is_edge], 2.0 * CONDITION.edge_rest_max)
+    score = dict(zip(fits, np.sqrt((kept**2).mean(1)).tolist(), strict=True))
+    best, second = sorted(score, key=lambda name: score[name])[:2]
+    is_sure = best in RIMMED and score[best] <= CONDITION.reduction_share_max * score[second]
+    return best if is_sure else None
+
+
+def _patches(levels: Floats) -> Floats:
+    """Return squares [N, side, side] around pixels at which a channel of ``levels`` is steepest."""
+    reach, found = CONDITION.patch_reach, list[Floats]()
+    if min(levels.shape[:2]) <= 2 * reach + 2:
+        return np.zeros((0, 2 * reach + 1, 2 * reach + 1))
+    for channel in np.moveaxis(levels, 2, 0):
+        windows = np.lib.stride_tricks.sliding_window_view(channel, (2 * reach + 1, 2 * reach + 1))
+        found.append(windows[_is_steepest(channel)[reach:-reach, reach:-reach]])
+    patches = np.concatenate(found).astype(np.float64)
+    chosen = np.linspace(0, len(patches) - 1, CONDITION.patches_max).astype(np.int64)
+    return patches if len(patches) <= CONDITION.patches_max else patches[chosen]
+
+
+def _is_steepest(channel: Floats) -> Floats:
+    """Return whether each pixel [h, w] of ``channel`` is at least as steep as its neighbours across the edge."""
+    across, down = np.zeros_like(channel), np.zeros_like(channel)
+    across[:, 1:-1], down[1:-1] = channel[:, 2:] - channel[:, :-2], channel[2:] - channel[:-2]
+    slope, angle = np.hypot(across, down), np.arctan2(down, across)
+    y, x = np.mgrid[0 : channel.shape[0], 0 : channel.shape[1]]
+    right, below = np.rint(np.cos(angle)).astype(np.int64), np.rint(np.sin(angle)).astype(np.int64)
+    padded = np.pad(slope, 1)
+    ahead, behind = padded[y + 1 + below, x + 1 + right], padded[y + 1 - below, x + 1 - right]
+    return np.asarray((slope > CONDITION.patch_slope_min) & (slope >= ahead) & (slope > behind))
