@@ -157,7 +157,7 @@ class PaintSlopes:
         hits = np.flatnonzero(part.path == path)
         tile, shares = part.tile[hits], part.share[hits]
         shown = (shares > SHARE_MIN) & ~is_crossed[tile - part.tiles[0]]
-        count = np.count_nonzero(shown)
+        count = int(np.count_nonzero(shown))
         if not count:
             return
         few = self._lattice(tile, shown, count)
