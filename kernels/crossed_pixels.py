@@ -106,7 +106,7 @@ def make_kernels() -> SimpleNamespace:
             if is_last:
                 entry_slopes[entry - 1] = entry_slopes[entry - 1] + slopes
             else:
-                counts[wp.static(ENTRIES)] = entry + 1
+                counts[wp.static(ENTRIES)] = wp.min(entry, entry_row.shape[0]) + 1  # one too many: there is no room
                 if entry < entry_row.shape[0]:
                     entry_row[entry] = row
                     entry_pixel[entry] = pixel

@@ -44,7 +44,7 @@ def make_kernels() -> SimpleNamespace:
         found = tables[number, at]
         if found < 0:
             count = counts[number]
-            counts[number] = count + 1
+            counts[number] = wp.min(count, keys.shape[1]) + 1  # one too many says that there is no room
             if count < keys.shape[1]:
                 tables[number, at] = count
                 keys[number, count] = key

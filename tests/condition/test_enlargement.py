@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from damage import as_jpeg, blurred, drawn, enlarged, levels_of, noisy
@@ -9,7 +11,7 @@ from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 from sweep import sweep
 
-from warpvec.condition.enlargement import Enlargement, find_enlargement
+from warpvec.condition.enlargement import Enlargement, Lines, busiest, find_enlargement
 from warpvec.condition.resampling import NEAREST
 from warpvec.condition.restoration import before_enlargement
 
@@ -115,3 +117,12 @@ def test_a_transparent_picture_comes_back_with_its_alpha() -> None:
     assert np.abs(restored[..., 3] - expected[..., 3]).mean() < 0.02
     is_opaque = expected[..., 3] == 1.0
     assert np.abs(restored[..., :3] - expected[..., :3])[is_opaque].mean() < 0.02
+
+
+def test_a_dip_that_is_too_shallow_is_known_without_all_sizes_beside_it() -> None:
+    rows = busiest((levels_of(enlarged(drawn(90), 2.0, Resampling.BICUBIC)) @ LUMA).T)
+    dips = [Lines(rows).dip(size, "bicubic", is_cut=True) for size in (90, 120)]
+    lines = Lines(rows)
+    found = [lines.dip(size, "bicubic", is_cut=True, most=2.0 * dips[0]) for size in (90, 120)]
+    assert found == [dips[0], math.inf] and dips[1] > 2.0 * dips[0]
+    assert {size for size, *_ in lines._known if size > 100} < {118, 119, 120, 121, 122}

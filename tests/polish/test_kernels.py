@@ -91,22 +91,23 @@ def test_a_small_room_for_entries_and_blocks_grows(scene: Scene, monkeypatch: py
     fresh.entry_room, fresh.block_room = 4, 2
     monkeypatch.setattr(machine._local, "machines", {"cpu": fresh})
     assert (gauss_newton(drawing, drawing.start, held) != want).nnz == 0
-    assert fresh.entry_room > 4 and fresh.block_room > 2
+    rooms, entries = (fresh.entry_room, fresh.block_room), len(drawing.scene(drawing.start).segments)
+    assert 4 < rooms[0] < 4 * 40 * 48 and 2 < rooms[1] < entries**2  # not far beyond what they need
 
 
 def test_a_look_for_folds_sees_what_the_geometry_sees(scene: Scene) -> None:
     look, counted = FoldLook(scene, 1), torch.tensor([True, True, False])
     assert FoldLook.is_possible(scene) and scene.strokes is not None
-    seen = 0
-    for seed in range(12):
-        shaken = replace(scene, segments=_shaken(scene, 0.5 * seed, seed))
+    crossed = overshot = 0
+    for seed in range(48):
+        shaken = replace(scene, segments=_shaken(scene, 0.25 * seed, seed))
         written = look.written(shaken.segments)
         want = crossings_of_rows(round_nodes(shaken, 1), counted)
         assert torch.equal(look.crossings(written, counted), want)
         turned = look.overshoots(written, scene.strokes.width)
         assert torch.equal(turned, overshoots(round_nodes(shaken, 1)))
-        seen += int(want.sum()) + int(turned.sum())
-    assert seen > 20  # the shaken drawings cross themselves and turn back
+        crossed, overshot = crossed + int(want.sum()), overshot + int(turned.sum())
+    assert crossed > 10 and overshot > 1  # the shaken drawings cross themselves and turn back
 
 
 @pytest.mark.parametrize("background", [None, (0.9, 0.8, 0.7)])

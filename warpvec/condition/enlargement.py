@@ -108,11 +108,19 @@ class Lines:
         rest = self._known[size, kernel, is_cut]
         return min(rest, self.unexplained(size, kernel)) if is_cut else rest
 
-    def dip(self, size: int, kernel: str, reach: int = 2, is_cut: bool = False) -> float:
-        """Return what ``size`` leaves unexplained, as a share of the least that sizes beside it, within reach, do."""
+    def dip(self, size: int, kernel: str, reach: int = 2, is_cut: bool = False, most: float = math.inf) -> float:
+        """Return what ``size`` leaves unexplained, as a share of the least that sizes beside it, within reach, do.
+
+        It is infinite if it is above ``most``: the first size beside it that is explained as well tells that.
+        """
         sizes = [size + step for step in range(-reach, reach + 1) if step != 0 and size + step > 1]
-        beside = min(self.unexplained(each, kernel, is_cut) for each in sizes)
-        return (self.unexplained(size, kernel, is_cut) + CONDITION.dip_levels) / (beside + CONDITION.dip_levels)
+        own, share = self.unexplained(size, kernel, is_cut) + CONDITION.dip_levels, 0.0
+        for is_beside_cut in sorted({False, is_cut}):  # the quick test first, which bounds the other
+            for each in sizes:
+                share = max(share, own / (self.unexplained(each, kernel, is_beside_cut) + CONDITION.dip_levels))
+                if share > most:
+                    return math.inf
+        return share
 
     @cached_property
     def is_cut_off(self) -> bool:
@@ -191,8 +199,8 @@ def _sizes_to_try(along: Lines, across: Lines) -> list[int]:
 
 def _deepest(along: Lines, sizes: list[int]) -> list[int]:
     """Return the few of the ``sizes`` with the deepest dips at a first look."""
-    best = sorted(sizes, key=lambda size: along.dip(size, SCANNED))[: CONDITION.tried]
-    return [size for size in best if along.dip(size, SCANNED) <= CONDITION.scan_dip_max]
+    dips = {size: along.dip(size, SCANNED, most=CONDITION.scan_dip_max) for size in sizes}
+    return sorted((size for size in sizes if dips[size] < math.inf), key=lambda size: dips[size])[: CONDITION.tried]
 
 
 def _is_explained(along: Lines, across: Lines, sizes: tuple[int, int], kernel: str) -> bool:
@@ -228,15 +236,16 @@ def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) 
         return None  # squares of unequal sizes are as likely the edges of a drawing
     if along.is_clean and across.is_clean and not _is_exact(along, size, name):
         return None
-    dips = [along.dip(size, name, CONDITION.dip_reach, True)]
-    if dips[0] > CONDITION.axis_dip_max:
+    reach, most = CONDITION.dip_reach, CONDITION.axis_dip_max
+    dips = [along.dip(size, name, reach, True, most)]
+    if dips[0] > most:
         return None
     middle = round(size * across.length / along.length)
     near = [max(CONDITION.side_min // 2, middle + step) for step in (-1, 0, 1)]
     other = min(near, key=lambda each: across.unexplained(each, name, True))
     if other > CONDITION.side_min // 2 and across.rows.any():
-        dips.append(across.dip(other, name, CONDITION.dip_reach, True))
+        dips.append(across.dip(other, name, reach, True, most))
     mean = math.prod(dips) ** (1.0 / len(dips))
-    is_clear = max(dips) <= CONDITION.axis_dip_max and mean <= limit
+    is_clear = max(dips) <= most and mean <= limit
     is_clear = is_clear and _is_explained(along, across, (size, other), name)
     return _Candidate(size, other, name, mean) if is_clear else None

@@ -1,6 +1,6 @@
-"""Kernels that run as one work item, for what would be many small steps, and their buffers.
+"""Run kernels of one work item each, which stand for many small steps, and keep their buffers.
 
-They last as long as their thread, because drawings are made one after another.
+These last as long as their thread, because drawings are made one after another.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Machine:
         self.launch(self.kernels[name], 1, arguments)
 
     def pixel_entry(self, count: int) -> wp.array:
-        """Return -1 for each of ``count`` pixels; who puts it back says so in ``is_clean``."""
+        """Return an array of -1 for ``count`` pixels. Callers reset what they changed, then set ``is_clean``."""
         array = self.get("pixel_entry", count, wp.int32)
         if array is not self._pixel_entry or not self.is_clean:
             array.fill_(-1)
@@ -67,9 +67,9 @@ class Machine:
         """Return an empty hash table, its keys, and the blocks that these number."""
         room, get = self.block_room, self.get
         size = 4 << room.bit_length()
-        table = get(f"table {size}", (3, size), wp.int32)
+        table = get("table", (3, size), wp.int32)
         table.fill_(-1)
-        keys = get(f"keys {room}", (3, room), wp.int64)
+        keys = get("keys", (3, room), wp.int64)
         pairs, colors = get("row_pairs", (room, ROW_VALUES), vec9), get("row_colors", 3 * room, vec9)
         self.blocks = [table, keys, pairs, colors, get("color_pairs", room, wp.float64)]
         return self.blocks

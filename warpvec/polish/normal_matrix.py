@@ -26,7 +26,7 @@ TILE_PIXELS = TILE * TILE
 
 
 class NormalMatrix:
-    """The products of the derivatives of the pixels that the outlines of a drawing cross, as its parts are added.
+    """Sums the products of derivatives over the pixels that outlines cross. Add all tiles, then ask for the matrix.
 
     Args:
         scene: the drawing, on the CPU.
@@ -88,7 +88,7 @@ class NormalMatrix:
             machine.run("cross_pixels", [self._row_count, points, *self._rows, *strokes, canvas, *outputs])
             if counts[ENTRIES] <= arrays["entry_row"].shape[0]:
                 break
-            machine.entry_room = 2 * int(counts[ENTRIES])
+            machine.entry_room = 2 * arrays["entry_row"].shape[0]
             self._pixel_entry.fill_(-1)
         self._entries, self._entry_count, self._pixels = arrays, int(counts[ENTRIES]), pixels
         self.pixels = pixels.numpy()[: counts[PIXELS]]
@@ -159,8 +159,9 @@ class NormalMatrix:
         machine.is_clean = True
         blocks = machine.blocks
         most = int(rows.count.numpy()[: self._row_count].max(initial=1))
-        room = 2 * most * (most * counts[ROW_PAIRS] + 3 * counts[ROW_COLORS]) + 6 * counts[COLOR_PAIRS] + 1
-        triples = [machine.get(name, int(room), dtype) for name, dtype in _TRIPLES.items()]
+        pair_count, color_count, colored = (int(counts[number]) for number in (ROW_PAIRS, ROW_COLORS, COLOR_PAIRS))
+        room = 2 * most * (most * pair_count + 3 * color_count) + 6 * colored + 1
+        triples = [machine.get(name, room, dtype) for name, dtype in _TRIPLES.items()]
         sizes = [self._row_count, self._path_count, self._group_count, self._first_paint, factor]
         machine.run(
             "write_matrix", [*sizes, *blocks[1:], rows.count, rows.value, rows.slopes, on_host(counts), *triples]
@@ -195,7 +196,7 @@ class NormalMatrix:
                 machine.run("multiply_paints", [*sizes, *known, *chain, *into[:3], colors])
             if counts.max() <= keys.shape[1]:
                 return counts
-            machine.block_room = 2 * int(counts.max())
+            machine.block_room = 2 * keys.shape[1]
 
 
 _TRIPLES = {"triple_row": wp.int32, "triple_column": wp.int32, "triple_value": wp.float64}

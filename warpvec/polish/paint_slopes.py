@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ from warpvec.rendering.stages.pixel_slopes import HitSlopes
 Values = NDArray[np.float64]
 
 LATTICES, LATTICE_PIXELS_MIN = ((5, 2), (13, 5), (29, 12), (61, 11)), 1000
-"""Of a thousand pixels of a gradient or more, every fifth one stands for all, or fewer as long as so many are left: the
-first number says how few, and both make a lattice. Gradients change slowly, and the matrix only steers steps."""
+"""Steps and shifts of lattices, and the fewest pixels of a gradient on one. One pixel in a step is kept, and stands for
+the others; the largest step that keeps so many is taken. Gradients change slowly, and the matrix only steers steps."""
 
 
 class PaintSlopes:
@@ -68,13 +68,14 @@ class PaintSlopes:
         counts = ends - starts
         owner = np.repeat(np.arange(len(tile)), counts)
         hit = starts[owner] + counted(counts)
-        share, path = part.share[hit, place[owner]].astype(np.float64), part.path[hit]
+        shares = part.share.astype(np.float64)  # once: sums that convert what they add take twice as long
+        share, path = shares[hit, place[owner]], part.path[hit]
         self._open[first:last] -= np.bincount(owner, share, len(tile))
-        whole = np.einsum("hp,hp->h", part.share, part.share, dtype=np.float64)
+        whole = np.einsum("hp,hp->h", shares, shares)
         self._squares += np.bincount(part.path, whole, self._count) - np.bincount(path, share * share, self._count)
         shown = share > SHARE_MIN
         self._parts.append(_Shares(first + owner[shown], path[shown], share[shown]))
-        self._add_background(part, self._open[first:last])
+        self._add_background(part, shares, self._open[first:last])
         is_crossed = np.zeros((part.tiles[1] - part.tiles[0], TILE_PIXELS), np.bool_)
         is_crossed[tile - part.tiles[0], place] = True
         for own in np.unique(part.path[self._is_ramp[part.path]]):
@@ -134,8 +135,8 @@ class PaintSlopes:
             found.append((own, pixel[chosen], share[chosen], self._ramp_of(own, *centers)))
         return found
 
-    def _add_background(self, part: HitSlopes, crossed: Values) -> None:
-        """Add the squared share of the background in the pixels that no outline crosses."""
+    def _add_background(self, part: HitSlopes, shares: Values, crossed: Values) -> None:
+        """Add the squared share of the background in the pixels that no outline crosses; paths have ``shares``."""
         count = part.tiles[1] - part.tiles[0]
         tiles = np.arange(*part.tiles)
         width, height = self._size
@@ -145,7 +146,7 @@ class PaintSlopes:
             for side, index in ((width, tiles % columns), (height, tiles // columns))
         ]
         is_own, first = np.unique(part.tile, return_index=True)
-        covered = np.add.reduceat(part.share, first, axis=0, dtype=np.float64) if len(first) else np.zeros((0, 1))
+        covered = np.add.reduceat(shares, first, axis=0) if len(first) else np.zeros((0, 1))
         areas = (inside[0] * inside[1]).astype(np.float64)
         # The sum of (1 - c)^2, as c is 0 outside of the canvas.
         squares = np.bincount(is_own - part.tiles[0], (covered * (covered - 2.0)).sum(1), count) + areas
@@ -154,18 +155,33 @@ class PaintSlopes:
     def _add_gradient(self, path: int, part: HitSlopes, is_crossed: NDArray[np.bool_]) -> None:
         """Add the block of a gradient in the pixels that no outline crosses."""
         hits = np.flatnonzero(part.path == path)
-        shown = (part.share[hits] > SHARE_MIN) & ~is_crossed[part.tile[hits] - part.tiles[0]]
-        row, place = np.nonzero(shown)
-        if not len(row):
+        tile, shares = part.tile[hits], part.share[hits]
+        shown = (shares > SHARE_MIN) & ~is_crossed[tile - part.tiles[0]]
+        count = int(np.count_nonzero(shown))
+        if not count:
             return
-        share = part.share[hits][shown].astype(np.float64)
-        x, y = self._centers(TILE_PIXELS * part.tile[hits][row] + place)
-        few, each = _lattice(x, y)
-        ramp = self._ramp_of(path, x[few], y[few])
+        few = self._lattice(tile, shown, count)
+        row, place = np.nonzero(few)
+        share, each = shares[few].astype(np.float64), count / len(row)
+        ramp = self._ramp_of(path, *self._centers(TILE_PIXELS * tile[row] + place))
         for channel in range(3):
-            found = self._columns(path, channel, share[few], ramp)
+            found = self._columns(path, channel, share, ramp)
             slopes = np.stack([value for _, value in found])
             self._blocks.append(([index for index, _ in found], each * np.einsum("im,jm->ij", slopes, slopes)))
+
+    def _lattice(self, tile: NDArray[np.integer[Any]], shown: Mask, count: int) -> Mask:
+        """Return which of the ``count`` pixels ``shown`` [H, 256] of some tiles [H] stand for all; see ``LATTICES``."""
+        if count < LATTICE_PIXELS_MIN:
+            return shown
+        step, shift = next((each for each in reversed(LATTICES) if count >= each[0] * LATTICE_PIXELS_MIN), LATTICES[0])
+        row, column = np.divmod(tile, -(-self._size[0] // TILE))
+        x, y = np.divmod(np.arange(TILE_PIXELS), TILE)
+        # How far the lattice has come at the corner of each tile, and at each pixel from there on.
+        corner = (TILE * (column + shift * row) % step).astype(np.uint8)
+        pixel = ((x + shift * y) % step).astype(np.uint8)
+        far = corner[:, None] + pixel
+        found: Mask = ((far == 0) | (far == step)) & shown
+        return found if found.any() else shown
 
     def _centers(self, pixels: NDArray[np.int64]) -> tuple[Values, Values]:
         """Return the centres x and y of ``pixels``."""
@@ -218,16 +234,6 @@ def paint_value_count(scene: Scene) -> int:
     paints = scene.gradients
     per_path = 0 if paints is None else 7 + sum(part[0].numel() for part in stop_parts(paints) if len(part))
     return (4 + per_path) * len(scene) + 3
-
-
-def _lattice(x: Values, y: Values) -> tuple[Mask, float]:
-    """Return which of the pixels at ``x`` and ``y`` [M] stand for all, and for how many each; see ``LATTICES``."""
-    few = np.ones(len(x), np.bool_)
-    if len(x) >= LATTICE_PIXELS_MIN:
-        step, shift = next((each for each in reversed(LATTICES) if len(x) >= each[0] * LATTICE_PIXELS_MIN), LATTICES[0])
-        found = (x + shift * y - 0.5 * (1 + shift)) % step == 0.0
-        few = found if found.any() else few
-    return few, len(x) / few.sum()
 
 
 class _Shares(NamedTuple):

@@ -316,7 +316,7 @@ class Variables:
         """
         if self._seen is not None and self._seen[0] is x and self._seen[1] == x._version:
             return self._memory
-        self._seen = x, x._version
+        self._seen = None  # an interruption may leave half of the memory written
         *aligned, segments = self._rows.place(self._of(x)[:3])
         if self._scene.forms is not None:
             forms = replace(self._scene.forms, parameters=self._of(x)[-1])
@@ -336,6 +336,7 @@ class Variables:
             shown.append((scene.forms.parameters, paints[-1]))
         for memory, values in shown:
             memory.copy_(values)
+        self._seen = x, x._version
         return scene
 
     def _gradient(self, slopes: RowSlopes, adjoints: Any) -> Tensor:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from flat_pictures import flat_paints, opaque
+from scipy import ndimage
 
 from warpvec.flat.regions.noise import measure_tolerances
 from warpvec.flat.regions.region_growing import (
@@ -11,6 +12,7 @@ from warpvec.flat.regions.region_growing import (
     connected_areas,
     grow_by_paint,
     grow_seeds,
+    linked_areas,
     pixels_of,
     without_small,
 )
@@ -73,3 +75,16 @@ def test_an_area_grows_over_its_paint_and_not_over_another() -> None:
     assert (grown[:, :8] == 0).all() and (grown[:, 8:] == NONE).all()
     held = grow_by_paint(labels, labels != NONE, picture, flat_paints(RED, BLUE), np.eye(4, dtype=np.float32), 0.01)
     assert (held == labels).all()
+
+
+def test_linked_areas_are_those_of_a_grid_on_which_links_are_pixels_too() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(100):
+        height, width = random.integers(1, 20, 2)
+        shapes = ((height, width), (height, width - 1), (height - 1, width))
+        pure, right, below = (random.random(shape) < random.random() for shape in shapes)
+        grid = np.zeros((2 * height - 1, 2 * width - 1), bool)
+        grid[::2, ::2] = pure
+        grid[::2, 1::2] = right & pure[:, 1:] & pure[:, :-1]
+        grid[1::2, ::2] = below & pure[1:] & pure[:-1]
+        assert np.array_equal(linked_areas(pure, right, below), ndimage.label(grid)[0][::2, ::2] - 1)

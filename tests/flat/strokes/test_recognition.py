@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import torch
 
 from warpvec.arrays import Floats32
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.target import Target
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.strokes import candidates, recognition
@@ -160,3 +163,17 @@ def test_dots_beside_a_stroke_of_their_colour_are_circles() -> None:
     dots = "".join(f'<circle cx="{x}" cy="60" r="6" fill="#123"/>' for x in (44, 64, 84))
     scene = drawn(frame + dots)
     assert scene.forms is not None and sorted(scene.forms.kind.tolist()) == [CIRCLE] * 3 + [ROUND_RECT]
+
+
+def test_no_strokes_are_fitted_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, polish = [], recognition.polish
+
+    def noted(target: Target, start: Scene, *arguments: Any, **options: Any) -> Any:
+        begun.append((options["gain_min"], start.segments.numpy().tobytes()))
+        return polish(target, start, *arguments, **options)
+
+    monkeypatch.setattr(recognition, "polish", noted)
+    never = replace(STROKES, hopeless=math.inf, detail_share=0.0, close_share=0.0)
+    monkeypatch.setattr(recognition, "STROKES", never)  # so that all attempts are made
+    drawn('<circle cx="64" cy="64" r="40" fill="none" stroke="black" stroke-width="8"/>')
+    assert len(begun) == len(set(begun)) > 1

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask, Places
+from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.paints import Paints
 
@@ -74,12 +75,21 @@ def _windows(mask: Mask, height: int, width: int) -> Mask:
 
 
 def linked_areas(pure: Mask, right: Mask, below: Mask) -> Integers32:
-    """Number the areas of pixels that links connect: on a grid of twice the resolution, links are pixels too."""
-    grid = np.zeros((2 * pure.shape[0] - 1, 2 * pure.shape[1] - 1), bool)
-    grid[::2, ::2] = pure
-    grid[::2, 1::2] = right & pure[:, 1:] & pure[:, :-1]
-    grid[1::2, ::2] = below & pure[1:] & pure[:-1]
-    return connected_areas(grid)[::2, ::2]
+    """Number the areas of pixels that links connect, in the order of their first pixels; ``NONE`` is elsewhere.
+
+    The links of runs of pixels in a row are searched, because there are far fewer runs than pixels.
+    """
+    goes_on = np.zeros(pure.shape, bool)
+    goes_on[:, 1:] = right & pure[:, 1:] & pure[:, :-1]
+    run = np.cumsum(pure & ~goes_on, dtype=np.int32).reshape(pure.shape) - 1
+    count = int(run[-1, -1]) + 1
+    if not count:
+        return np.full(pure.shape, NONE, np.int32)
+    link = below & pure[1:] & pure[:-1]
+    is_first = link.copy()  # of the links of two runs, one is enough
+    is_first[:, 1:] &= ~(link[:, :-1] & goes_on[1:, 1:] & goes_on[:-1, 1:])
+    parts = connected_parts(run[:-1][is_first], run[1:][is_first], count).astype(np.int32)
+    return np.where(pure, parts[run], np.int32(NONE))
 
 
 def connected_areas(mask: Mask, diagonal: bool = False) -> Integers32:

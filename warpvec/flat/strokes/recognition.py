@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,10 +42,14 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
     found = judge.hopeful_verdict(drawn, tried, detail, watch)
     attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail) for path in found.hopeful}
+    known: dict[Any, _Verdict] = {}  # simpler lines are often those of the attempt before
     while any(not attempt.is_over for attempt in attempts.values()) and not watch.is_over():
         tried = {path: attempt.stroke for path, attempt in attempts.items() if attempt.stroke is not None}
-        drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
-        found = judge.verdict(drawn, tried, detail)
+        key = tuple((path, stroke.key) for path, stroke in tried.items())
+        if key not in known:
+            drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
+            known[key] = judge.verdict(drawn, tried, detail)
+        found = known[key]
         for path in tried:
             attempts[path] = attempts[path].after(found.fitted[path], found.of(path), found.rise, detail)
     best = with_shared_looks({path: each.best for path, each in attempts.items() if each.best is not None})

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import torch
@@ -48,6 +49,13 @@ class Stroke:
         """The numbers that a file needs for it."""
         rows = zip(self.lines, self.forms, strict=True)
         return sum(cost_of(line) if form is None else len(form_of(form.kind).free) for line, form in rows)
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What only strokes of the very same values share."""
+        lines = tuple((line.control.tobytes(), line.is_line.tobytes(), line.is_open) for line in self.lines)
+        forms = tuple(None if form is None else (form.kind, form.parameters.tobytes()) for form in self.forms)
+        return (*self.loops, self.width, self.cap, self.join, lines, forms)
 
 
 def with_shared_looks(strokes: dict[int, Stroke]) -> dict[int, Stroke]:
