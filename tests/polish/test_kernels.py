@@ -99,15 +99,15 @@ def test_a_look_for_folds_sees_what_the_geometry_sees(scene: Scene) -> None:
     look, counted = FoldLook(scene, 1), torch.tensor([True, True, False])
     assert FoldLook.is_possible(scene) and scene.strokes is not None
     crossed = overshot = 0
-    for seed in range(48):
-        shaken = replace(scene, segments=_shaken(scene, 0.25 * seed, seed))
+    for seed in range(12):
+        shaken = replace(scene, segments=_shaken(scene, 0.5 * seed, seed))
         written = look.written(shaken.segments)
         want = crossings_of_rows(round_nodes(shaken, 1), counted)
         assert torch.equal(look.crossings(written, counted), want)
         turned = look.overshoots(written, scene.strokes.width)
         assert torch.equal(turned, overshoots(round_nodes(shaken, 1)))
         crossed, overshot = crossed + int(want.sum()), overshot + int(turned.sum())
-    assert crossed > 10 and overshot > 1  # the shaken drawings cross themselves and turn back
+    assert crossed > 10 and overshot > 0  # the shaken drawings cross themselves and turn back
 
 
 @pytest.mark.parametrize("background", [None, (0.9, 0.8, 0.7)])
