@@ -12,7 +12,7 @@ import torch
 import warp as wp
 from numpy.typing import NDArray
 
-from warpvec.kernels import crossed_pixels, normal_matrix, pixel_weights, row_slopes
+from warpvec.kernels import crossed_pixels, near_errors, normal_matrix, pixel_weights, row_slopes
 from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
 from warpvec.kernels.row_slopes import COLUMNS_MAX
 from warpvec.rendering.launch import Launcher, as_warp, start_warp
@@ -21,6 +21,9 @@ _ENTRIES_FIRST, _BLOCKS_FIRST = 2**13, 2**9
 """Room for pairs of a curve and a pixel, and for blocks, at the beginning."""
 
 _local = threading.local()
+
+making = threading.Lock()
+"""Held while kernels are made: threads that make them at once would get several of one name."""
 
 
 class Machine:
@@ -38,7 +41,7 @@ class Machine:
         start_warp()
         self.launch = Launcher(device, 1)
         self.get = self.launch.make_buffers().get
-        kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes)
+        kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes, near_errors)
         self.kernels = {name: kernel for each in kernels for name, kernel in vars(each.make_kernels()).items()}
         self.entry_room, self.block_room = _ENTRIES_FIRST, _BLOCKS_FIRST
         self.blocks: list[wp.array] = []
@@ -79,7 +82,8 @@ def machine_of_thread(device: str = "cpu") -> Machine:
     """Return the kernels and buffers of this thread on a ``device``."""
     machines: dict[str, Machine] = _local.__dict__.setdefault("machines", {})
     if device not in machines:
-        machines[device] = Machine(device)
+        with making:
+            machines[device] = Machine(device)
     return machines[device]
 
 

@@ -8,7 +8,6 @@ import warp as wp
 
 from warpvec.arrays import Floats, Floats32, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.kernels import near_errors
 from warpvec.polish.machine import machine_of_thread, on_host
 from warpvec.rendering.launch import as_warp
 
@@ -23,8 +22,7 @@ def errors_near(control: Floats, error: Floats32) -> Floats:
     bounds = [SIMPLIFICATION.error_spacing, int(SIMPLIFICATION.error_points_max)]
     curves = as_warp(torch.from_numpy(np.ascontiguousarray(control, np.float64)), wp.vec2d)
     arrays = [curves, on_host(np.ascontiguousarray(error, np.float32)), on_host(seen), on_host(sums)]
-    kernel = near_errors.make_kernels().add_near_errors
-    machine_of_thread().launch(kernel, 1, [len(control), height, width, *bounds, *arrays])
+    machine_of_thread().run("add_near_errors", [len(control), height, width, *bounds, *arrays])
     return sums
 
 
