@@ -108,8 +108,12 @@ class LetteringConstants:
 
     scale: float = 3.0
     """Enlargement at which curves are fitted to the outline of a thin part: corners and bends of letters are closer to
-    each other than the fit expects of pixels. Outlines may move as far as elsewhere. When that was a third, stems were
-    spindles, with hairs at their ends, and a chart with text (chart_pie) took a fifth more bytes."""
+    each other than the fit expects of pixels. Outlines may move as far as elsewhere. When that was a third, more
+    stems were spindles, and a chart with text (chart_pie) took a fifth more bytes."""
+
+    dot_side: float = 3.0
+    """Longer side in pixels below which an outline of a thin part is a dot or a hole. It is fitted within a third of
+    the tolerance of others, or the dot of an i can vanish (chart_pie)."""
 
 
 LETTERING = LetteringConstants()

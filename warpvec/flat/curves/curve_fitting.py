@@ -51,12 +51,13 @@ def fit_loops(
 def fit_enlarged(
     loops: Sequence[Floats],
     scales: Sequence[float],
-    tolerance: float = CURVES.tolerance,
+    tolerance: float | Floats = CURVES.tolerance,
     watch: Watch = UNWATCHED,
 ) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2], fitted as if it were so many times larger.
 
-    Its corners and bends may then be closer to each other. The ``tolerance`` is in pixels of the given polylines.
+    Its corners and bends may then be closer to each other. The ``tolerance``, one or one for each, is in pixels of the
+    given polylines.
     """
     larger = [scale * loop for scale, loop in zip(scales, loops, strict=True)]
     fits = fit_loops(larger, tolerance * np.array(scales), watch)
