@@ -9,9 +9,9 @@ from typing import Any
 
 import warp as wp
 
+from warpvec.kernels.constants import DIRECTION_MIN
 from warpvec.kernels.lanes import bundle, unit
 from warpvec.kernels.real_lanes import C_NAME
-from warpvec.kernels.row_slopes import DIRECTION_MIN
 
 
 @cache

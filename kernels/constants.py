@@ -63,6 +63,9 @@ XING_SCALE = 1e-2
 """Scale of the Xing loss, by which ``xing_weight`` is multiplied. It is the scale inside Bezier Splatting's
 ``xing_loss``, on which the paper builds (LIVE: 1e-3). Without it a weight of 0.02 costs 1.5 dB in 400 iterations."""
 
+DIRECTION_MIN = 1e-6
+"""Shorter directions, in pixels, are divided by this and not by their length."""
+
 LEG_MIN = 1e-2
 """Length in pixels below which a leg of the control polygon has no direction: its ends round to the same point of the
 file (2 decimals). The gradient of a sine grows as 1 / length, so this also bounds the gradient."""

@@ -12,8 +12,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warpvec.kernels import bezier
 from warpvec.kernels.constants import TILE
-from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels.lanes import bundle, make_lanes, unit
+from warpvec.kernels.vectors import as_real, unit_of, vec2
 
 SAMPLE_GAP = 0.35
 """Largest distance of two samples of a curve in pixels, by its control polygon. Half the gap changes the PSNR after 30
@@ -35,8 +37,8 @@ _SPEED_MIN = 1e-9  # length of a tangent in pixels below which it has no directi
 _CAP_PLACE = 1e-3  # parameter at which the direction of a cap is looked at
 
 real = wp.float64
-vec2 = wp.vec2d
-vec4 = wp.vec4d
+_LANES = make_lanes(1, real)
+vec4 = _LANES.vec4
 vec9 = wp.types.vector(ROW_VALUES, dtype=wp.float64)
 
 
@@ -44,6 +46,7 @@ vec9 = wp.types.vector(ROW_VALUES, dtype=wp.float64)
 def make_kernels() -> SimpleNamespace:
     """Return ``cross_pixels``."""
     module = unit("normal_matrix")
+    curves = bezier.make_functions(_LANES)
     gap_max = wp.constant(real(SAMPLE_GAP))
     speed_min = wp.constant(real(_SPEED_MIN))
     zero, half, one, three = (wp.constant(real(value)) for value in (0.0, 0.5, 1.0, 3.0))
@@ -53,11 +56,6 @@ def make_kernels() -> SimpleNamespace:
         return wp.clamp(int(wp.ceil(length / gap_max)), wp.static(SAMPLES_MIN), wp.static(SAMPLES_MAX))
 
     @wp.func
-    def weights_at(t: real):
-        s = one - t
-        return vec4(s * s * s, three * s * s * t, three * s * t * t, t * t * t)
-
-    @wp.func
     def point_at(w: vec4, p0: vec2, p1: vec2, p2: vec2, p3: vec2):
         return w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3
 
@@ -65,10 +63,6 @@ def make_kernels() -> SimpleNamespace:
     def tangent_at(t: real, p0: vec2, p1: vec2, p2: vec2, p3: vec2):
         s = one - t
         return three * (s * s * (p1 - p0) + real(2.0) * s * t * (p2 - p1) + t * t * (p3 - p2))
-
-    @wp.func
-    def unit_of(a: vec2):
-        return a / wp.max(wp.length(a), speed_min)
 
     @wp.func
     def slopes_of(w: vec4, along: vec2, by_width: real):
@@ -153,14 +147,13 @@ def make_kernels() -> SimpleNamespace:
                 following = row_next[curve]
                 a, b = points[3 * curve], points[3 * curve + 1]
                 c, d = points[3 * curve + 2], points[3 * following]
-                p0, p1 = vec2(real(a[0]), real(a[1])), vec2(real(b[0]), real(b[1]))
-                p2, p3 = vec2(real(c[0]), real(c[1])), vec2(real(d[0]), real(d[1]))
+                p0, p1, p2, p3 = as_real(a), as_real(b), as_real(c), as_real(d)
                 count = sample_count(wp.length(p1 - p0) + wp.length(p2 - p1) + wp.length(p3 - p2))
                 gap = one / real(count)
                 if kind == wp.static(FILL):
                     for i in range(count):
                         t = (real(i) + half) * gap
-                        w = weights_at(t)
+                        w = curves.weights(t)
                         along = gap * tangent_at(t, p0, p1, p2, p3)
                         add(
                             row, point_at(w, p0, p1, p2, p3), slopes_of(w, along, zero), size, entry_row, entry_pixel,
@@ -171,11 +164,11 @@ def make_kernels() -> SimpleNamespace:
                         sign = one - real(2 * side)  # the right side runs back
                         for i in range(count):
                             t = (real(i) + half) * gap
-                            w, tangent = weights_at(t), tangent_at(t, p0, p1, p2, p3)
-                            ahead = unit_of(tangent)
+                            w, tangent = curves.weights(t), tangent_at(t, p0, p1, p2, p3)
+                            ahead = unit_of(tangent, speed_min)
                             normal = vec2(-ahead[1], ahead[0])
-                            turned = unit_of(tangent_at(t + half * gap, p0, p1, p2, p3))
-                            turned = turned - unit_of(tangent_at(t - half * gap, p0, p1, p2, p3))
+                            turned = unit_of(tangent_at(t + half * gap, p0, p1, p2, p3), speed_min)
+                            turned = turned - unit_of(tangent_at(t - half * gap, p0, p1, p2, p3), speed_min)
                             bend = radius * vec2(-turned[1], turned[0])  # the change of the normal, times the radius
                             along = sign * (gap * tangent + sign * bend)
                             outward = sign * normal
@@ -185,10 +178,14 @@ def make_kernels() -> SimpleNamespace:
                                 size, entry_row, entry_pixel, entry_next, entry_slopes, pixel_entry, pixels, counts,
                             )  # fmt: skip
                 if kind == wp.static(CLOSING) or kind == wp.static(STROKE_START):
-                    at, w, out = p0, vec4(one, zero, zero, zero), -unit_of(tangent_at(real(_CAP_PLACE), p0, p1, p2, p3))
+                    at, w, out = (
+                        p0,
+                        vec4(one, zero, zero, zero),
+                        -unit_of(tangent_at(real(_CAP_PLACE), p0, p1, p2, p3), speed_min),
+                    )
                     if kind == wp.static(CLOSING):
                         at, w = p3, vec4(zero, zero, zero, one)
-                        out = unit_of(tangent_at(one - real(_CAP_PLACE), p0, p1, p2, p3))
+                        out = unit_of(tangent_at(one - real(_CAP_PLACE), p0, p1, p2, p3), speed_min)
                     across = vec2(-out[1], out[0])
                     count = sample_count(real(wp.pi) * radius)
                     gap = one / real(count)

@@ -10,9 +10,11 @@ from typing import Any
 
 import warp as wp
 
-from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels import bezier
+from warpvec.kernels.constants import DIRECTION_MIN
+from warpvec.kernels.lanes import bundle, make_lanes, unit
+from warpvec.kernels.vectors import as_real, cross, unit_of, vec2
 
-vec2 = wp.vec2d
 real = wp.float64
 
 
@@ -23,7 +25,9 @@ def make_kernels(numbers: Any) -> SimpleNamespace:
     ``length_min``, ``turn_max``, ``reach``, ``chords``, ``fold_min`` and ``fold_width``.
     """
     module = unit("folds")
-    zero, one, half = wp.constant(real(0.0)), wp.constant(real(1.0)), wp.constant(real(0.5))
+    curves = bezier.make_functions(make_lanes(1, real))
+    shortest = wp.constant(real(DIRECTION_MIN))
+    zero, half = wp.constant(real(0.0)), wp.constant(real(0.5))
     turn_max, turn_cost = wp.constant(real(numbers.turn_max)), wp.constant(real(4 * numbers.reach))
     reach = wp.constant(numbers.reach)
     chords, chord_share = wp.constant(numbers.chords), wp.constant(real(1.0 / numbers.chords))
@@ -31,18 +35,6 @@ def make_kernels(numbers: Any) -> SimpleNamespace:
     rounding_max = wp.constant(real(math.radians(numbers.rounding_degrees_max)))
     handle_error, length_min = wp.constant(real(numbers.handle_error)), wp.constant(real(numbers.length_min))
     fold_min, fold_width = wp.constant(real(numbers.fold_min)), wp.constant(real(numbers.fold_width))
-
-    @wp.func
-    def as_real(a: wp.vec2f):
-        return vec2(real(a[0]), real(a[1]))
-
-    @wp.func
-    def cross(a: vec2, b: vec2):
-        return a[0] * b[1] - a[1] * b[0]
-
-    @wp.func
-    def unit_of(a: vec2):
-        return a / wp.max(wp.length(a), real(1e-6))
 
     @wp.func
     def turn_of(handle: vec2, direction: vec2):
@@ -100,7 +92,10 @@ def make_kernels(numbers: Any) -> SimpleNamespace:
                 behind = here - as_real(points[before, 0])
             shorter = wp.min(wp.length(ahead), wp.length(behind))
             slack = wp.min(handle_error / wp.max(shorter, real(1e-9)), rounding_max)
-            is_smooth = wp.dot(unit_of(ahead), unit_of(behind)) > wp.cos(smooth + slack) and shorter > length_min
+            is_smooth = (
+                wp.dot(unit_of(ahead, shortest), unit_of(behind, shortest)) > wp.cos(smooth + slack)
+                and shorter > length_min
+            )
             is_smooth = is_smooth and not (is_line[row] and is_line[before]) and not is_end[row]
             out, back = ticks * out, ticks * back
             if is_smooth:
@@ -109,7 +104,7 @@ def make_kernels(numbers: Any) -> SimpleNamespace:
                     along = anchor[after] - anchor[row]
                 if is_line[before]:
                     along = anchor[row] - anchor[before]
-                along = unit_of(along)
+                along = unit_of(along, shortest)
                 leaving[row] = rounded(out, along)
                 arriving[row] = -rounded(-back, along)
             else:
@@ -152,11 +147,9 @@ def make_kernels(numbers: Any) -> SimpleNamespace:
         for row in range(row_count):
             counts[row] = 0
             for k in range(chords):
-                t = real(k) * chord_share
-                s = one - t
-                first_half = s * s * s * written[row, 0] + real(3.0) * s * s * t * written[row, 1]
-                second_half = real(3.0) * s * t * t * written[row, 2] + t * t * t * written[row, 3]
-                place[row * chords + k] = first_half + second_half
+                w = curves.weights(real(k) * chord_share)
+                first_half = w[0] * written[row, 0] + w[1] * written[row, 1]
+                place[row * chords + k] = first_half + (w[2] * written[row, 2] + w[3] * written[row, 3])
         areas[0] = zero
         lengths[0] = zero
         for row in range(row_count):

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels import bezier
+from warpvec.kernels.lanes import bundle, make_lanes, unit
+from warpvec.kernels.vectors import vec2
 
-vec2 = wp.vec2d
 real = wp.float64
 
 
@@ -15,7 +16,8 @@ real = wp.float64
 def make_kernels() -> SimpleNamespace:
     """Return ``add_near_errors``."""
     module = unit("near_errors")
-    zero, one, three = (wp.constant(real(value)) for value in (0.0, 1.0, 3.0))
+    curves = bezier.make_functions(make_lanes(1, real))
+    zero = wp.constant(real(0.0))
 
     @wp.kernel(module=module)
     def add_near_errors(
@@ -42,9 +44,8 @@ def make_kernels() -> SimpleNamespace:
             count = wp.clamp(int(wp.ceil(reach / spacing)), 1, points_max)
             total = real(zero)
             for k in range(count + 1):
-                t = real(k) / real(count)
-                s = one - t
-                point = s * s * s * p0 + three * s * s * t * p1 + three * s * t * t * p2 + t * t * t * p3
+                w = curves.weights(real(k) / real(count))
+                point = w[0] * p0 + w[1] * p1 + w[2] * p2 + w[3] * p3
                 x, y = int(wp.floor(point[0])), int(wp.floor(point[1]))
                 for i in range(wp.max(x - 1, 0), wp.min(x + 2, width)):
                     for j in range(wp.max(y - 1, 0), wp.min(y + 2, height)):

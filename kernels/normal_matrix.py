@@ -36,20 +36,20 @@ def make_kernels() -> SimpleNamespace:
         keys: wp.array2d(dtype=wp.int64),
         counts: wp.array(dtype=int),
     ):
-        """Return the block of a key, which may be a new one; -1 if there is no room for one more."""
+        """Return the block of a key, -1 if there is no room for one more, and whether it is new."""
         mask = tables.shape[1] - 1
         at = int((key * wp.int64(2654435761)) >> wp.int64(12)) & mask
         while tables[number, at] >= 0 and keys[number, wp.max(tables[number, at], 0)] != key:
             at = (at + 1) & mask
-        found = tables[number, at]
+        found, is_new = int(tables[number, at]), bool(False)
         if found < 0:
             count = counts[number]
             counts[number] = wp.min(count, keys.shape[1]) + 1  # one too many says that there is no room
             if count < keys.shape[1]:
                 tables[number, at] = count
                 keys[number, count] = key
-                found = count
-        return found
+                found, is_new = count, True
+        return found, is_new
 
     @wp.func
     def add_color(
@@ -65,12 +65,10 @@ def make_kernels() -> SimpleNamespace:
     ):
         """Add to the block of a row and the three values of paints of which ``value`` is one."""
         group = value // 3
-        before = counts[wp.static(ROW_COLORS)]
-        block = find(
-            wp.int64(row) * wp.int64(group_count) + wp.int64(group), wp.static(ROW_COLORS), tables, keys, counts
-        )
+        key = wp.int64(row) * wp.int64(group_count) + wp.int64(group)
+        block, is_new = find(key, wp.static(ROW_COLORS), tables, keys, counts)
         if block >= 0:
-            if counts[wp.static(ROW_COLORS)] != before:
+            if is_new:
                 for k in range(3):
                     row_colors[3 * block + k] = vec9()
             row_colors[3 * block + value - 3 * group] = row_colors[3 * block + value - 3 * group] + weight * slopes
@@ -118,11 +116,10 @@ def make_kernels() -> SimpleNamespace:
                         high = entry_slopes[entry_b]
                         row_a = entry_row[entry_a]
                         row_b = entry_row[entry_b]
-                        before = counts[wp.static(ROW_PAIRS)]
                         key = wp.int64(row_a) * wp.int64(row_count) + wp.int64(row_b)
-                        block = find(key, wp.static(ROW_PAIRS), tables, keys, counts)
+                        block, is_new = find(key, wp.static(ROW_PAIRS), tables, keys, counts)
                         if block >= 0:
-                            if counts[wp.static(ROW_PAIRS)] != before:
+                            if is_new:
                                 for k in range(values):
                                     row_pairs[block, k] = vec9()
                             for k in range(values):
@@ -159,11 +156,10 @@ def make_kernels() -> SimpleNamespace:
                         if to < end:
                             path_b, share_b = int(share_path[to]), real(share_value[to])
                         if share_b > wp.static(real(SHARE_MIN)):
-                            before = counts[wp.static(COLOR_PAIRS)]
                             key = wp.int64(path_a) * wp.int64(path_count + 1) + wp.int64(path_b)
-                            block = find(key, wp.static(COLOR_PAIRS), tables, keys, counts)
+                            block, is_new = find(key, wp.static(COLOR_PAIRS), tables, keys, counts)
                             if block >= 0:
-                                if counts[wp.static(COLOR_PAIRS)] != before:
+                                if is_new:
                                     color_pairs[block] = zero
                                 color_pairs[block] = color_pairs[block] + share_a * share_b
 

@@ -10,17 +10,15 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from warpvec.kernels.constants import DIRECTION_MIN
 from warpvec.kernels.crossed_pixels import vec9
 from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels.vectors import as_real
 
 POINT_COLUMNS, COLUMNS_MAX = 16, 23
 """Most coordinates of points that a curve depends on, and most values: with a width and six numbers of a form."""
 
-DIRECTION_MIN = 1e-6
-"""Shorter directions, in pixels, are divided by this and not by their length."""
-
 mat22 = wp.mat22d
-vec2 = wp.vec2d
 real = wp.float64
 
 
@@ -29,10 +27,6 @@ def make_kernels() -> SimpleNamespace:
     """Return ``follow_points`` and ``gather_adjoint``."""
     module = unit("normal_matrix")
     zero, one = wp.constant(real(0.0)), wp.constant(real(1.0))
-
-    @wp.func
-    def as_real(a: wp.vec2f):
-        return vec2(real(a[0]), real(a[1]))
 
     @wp.func
     def put(

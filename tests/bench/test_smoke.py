@@ -152,7 +152,7 @@ def test_every_kernel_has_a_row() -> None:
 
     shared = (
         "__init__ adan capacity bezier constants thread_pool edges gradients index_lanes lanes real_lanes reductions "
-        "stops stroking stroking_adjoint "  # those of strokes and stops do nothing in the scenes that it times
+        "stops stroking stroking_adjoint vectors "  # those of strokes and stops do nothing in the scenes that it times
         "pixel_slopes "  # of steps of Gauss-Newton, which it does not time
         "softening softening_adjoint"  # of soft paths, which its scenes do not have
     )
