@@ -31,12 +31,12 @@ the others; the largest step that keeps so many is taken. Gradients change slowl
 class PaintSlopes:
     """The derivative of pixels by the paints, in the order of `warpvec.polish.variables.Variables` after the points.
 
-    These are colours [N, 3], opacities [N] (always 0 here), background [3], and with gradients their end colours [N, 3]
-    and ends [N, 4]. `Stops` follow: inner colours [N, 6, 3], offsets [N, 8], opacities [N, 8] (always 0 here), and the
-    breadth [N]. The parts of a drawing are added one after another.
+    These are colours [N, 3], opacities [N] (always 0 here), background [3], end colours [N, 3] and ends [N, 4].
+    `Stops` follow: inner colours [N, 6, 3], offsets [N, 8], opacities [N, 8] (always 0 here), and the breadth [N].
+    The parts of a drawing are added one after another.
 
     Args:
-        scene: the drawing.
+        scene: the drawing, which has gradients.
         width, height: size of the canvas.
         pixels: the pixels that an outline crosses [P]; see `warpvec.polish.normal_matrix.NormalMatrix`.
         is_free: paths whose gradients count in the other pixels [N]; None for all.
@@ -47,13 +47,14 @@ class PaintSlopes:
     ) -> None:
         self._count, self._size, self._pixels = len(scene), (width, height), pixels
         paints = scene.gradients
-        self._kind = np.zeros(len(scene), np.int32) if paints is None else paints.kind.cpu().numpy()
+        assert paints is not None
+        self._kind = paints.kind.cpu().numpy()
         self._color = scene.color.double().cpu().numpy()
-        self._end_color = self._color if paints is None else paints.end_color.double().cpu().numpy()
-        self._ends = None if paints is None else paints.whole_geometry.double().cpu().numpy()
+        self._end_color = paints.end_color.double().cpu().numpy()
+        self._ends = paints.whole_geometry.double().cpu().numpy()
         self._is_ramp = (self._kind != FLAT) & (True if is_free is None else is_free)
-        self._stops = None if paints is None or paints.stops is None else stop_rows(scene, paints)
-        self.value_count = paint_value_count(scene)
+        self._stops = None if paints.stops is None else stop_rows(scene, paints)
+        self._value_count = paint_value_count(scene)
         self._parts: list[_Shares] = []  # of the crossed pixels
         self._squares = np.zeros(len(scene))  # sums of the squared shares elsewhere
         self._blocks: list[tuple[list[int], Values]] = []  # blocks of the matrix, of gradients elsewhere
@@ -84,7 +85,7 @@ class PaintSlopes:
     def elsewhere(self, first: int, count: int) -> sparse.csr_matrix:
         """Return the Gauss-Newton matrix of the other pixels. It ignores that paths overlap there.
 
-        Its rows and columns are those of ``count`` values, of which the paints are those from ``first`` on.
+        It has ``count`` rows and columns; those of the paints begin at ``first``.
         """
         flat = np.flatnonzero(self._kind == FLAT)
         colors = (3 * flat[:, None] + np.arange(3)).ravel()
@@ -118,7 +119,7 @@ class PaintSlopes:
                     columns.append(np.full(int(kept.sum()), index))
                     values.append(value[kept])
         where = (np.concatenate(rows), np.concatenate(columns))
-        return sparse.csr_matrix((np.concatenate(values), where), shape=(3 * len(self._pixels), self.value_count))
+        return sparse.csr_matrix((np.concatenate(values), where), shape=(3 * len(self._pixels), self._value_count))
 
     @cached_property
     def _shares(self) -> _Shares:
@@ -220,7 +221,6 @@ class PaintSlopes:
 
     def _ramp_of(self, path: int, x: Values, y: Values) -> _Ramp:
         """Return the ramp of ``path``, which has a gradient, at some places."""
-        assert self._ends is not None
         paint, place = kind_of(int(self._kind[path])), (self._ends[path], x, y)
         share, slopes = paint.share(*place), paint.slopes(*place)
         if self._stops is not None:

@@ -202,16 +202,20 @@ class TileRenderer(ABC):
 
         Each path is covered once for all of them. Nothing else may be drawn before the last one is taken.
         """
-        binning, visible, winding, paint = self._cover(scene)
-        coverage = wp.to_torch(winding)
-        covered = coverage.clone()
+        hits = self._cover(scene)
+        covered = wp.to_torch(hits[2]).clone()
         for reference, background in views:
-            coverage.copy_(covered)
             adjoints = self.make_adjoints(scene)
             into = self._paint_adjoints(adjoints, adjoints.opacity)
-            self._compositing.adjoint(binning, visible, winding, paint.over(background, self._lanes), reference, into)
+            self._compositing.adjoint(*self._restored(hits, covered, background), reference, into)
             self._collect(scene, adjoints)
             yield adjoints
+
+    def _restored(self, hits: Hits, covered: Tensor, background: Tensor) -> Hits:
+        """Return ``hits`` over a ``background`` [3], with the coverage that an adjoint has overwritten put back."""
+        binning, visible, winding, paint = hits
+        wp.to_torch(winding).copy_(covered)
+        return binning, visible, winding, paint.over(background, self._lanes)
 
     def prepare_target(self, target: Tensor, shift: Tensor | None = None) -> Tensor:
         """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes.
@@ -295,8 +299,7 @@ class TileRenderer(ABC):
         values = _values_of(scene)
         self._kept = _Covered(scene.structure, values, [value._version for value in values], hits, covered)
         for prepared_target, background in views:
-            coverage.copy_(covered)
-            over = (*hits[:3], hits[3].over(background, self._lanes))
+            over = self._restored(hits, covered, background)
             parts.append(self._paint_step(scene, over, prepared_target, want_removal_cost))
             total += coverage
         coverage.copy_(total / len(views))
@@ -309,8 +312,7 @@ class TileRenderer(ABC):
         kept = self._kept
         if kept is None or not kept.is_of(scene):
             return self._cover(scene)
-        wp.to_torch(kept.hits[2]).copy_(kept.coverage)
-        return (*kept.hits[:3], kept.hits[3].over(scene.background, self._lanes))
+        return self._restored(kept.hits, kept.coverage, scene.background)
 
     def set_capacity(self, limit: Counts | None) -> None:
         """Give the next renders the capacity ``limit`` and read no counts back; with None, read counts again."""
