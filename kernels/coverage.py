@@ -7,8 +7,8 @@ is the accumulation buffer of font-rs and stb_truetype, with exact areas.)
 
 The winding is positive inside a path that runs counter-clockwise on screen.
 
-On the CPU a work item is a path: 16 of its edges at a time walk through the pixels that they cross (``edges.py``) and
-add to them one after another. On scalar lanes a work item is a pixel row of a tile, which looks at every edge of its
+On the CPU a work item is a path: 16 of its edges at a time walk through the pixels that they cross (``edges.py``), and
+each adds to its pixels in turn. On scalar lanes a work item is a pixel row of a tile, which looks at every edge of its
 path: thus each pixel is written by one thread of a GPU, which adds in a fixed order.
 """
 

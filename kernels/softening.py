@@ -21,7 +21,7 @@ from warpvec.kernels.constants import COLUMNS, COORDINATE_MAX, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 
 AT_ONCE = 4
-"""Lane values of a tile that a CPU thread blurs together: each one that it loads serves all of them. The kernels have a
+"""Lane values of a tile that a CPU thread blurs together, so that it loads each input once for all. The kernels have a
 variable for each."""
 
 

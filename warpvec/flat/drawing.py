@@ -51,7 +51,7 @@ class FlatOutlines(NamedTuple):
 
     Attributes:
         traced: a path for each region, numbered by its generation, so that a path that stays finds its colour again.
-        picture: the picture [h, w, 3 or 4] that they show, as it was before it was saved as JPEG.
+        picture: the picture [h, w, 3 or 4] whose regions these are; of a JPEG, the picture before it was saved.
         fitted: the paths that the settings allow, fitted to the picture.
         roughly: number of parts of the picture that they show only roughly, or not at all, by their name: "area",
             "gradient" and "small word".

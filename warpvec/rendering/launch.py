@@ -315,8 +315,8 @@ def read_total(sums: wp.array, item_count: int) -> int:
 def as_warp(tensor: torch.Tensor, dtype: Any, *, whole: bool = False) -> Any:
     """Return an argument of a kernel over the memory of a contiguous tensor, outside autograd.
 
-    It is a Warp array if it is to be ``whole``, as the recording of a graph needs it, or on a GPU. Else it is what
-    kernels take of one, which is made in a fifth of the time.
+    It is a Warp array on a GPU, while a graph is recorded, or if ``whole`` asks for one. Else it is the descriptor of
+    an array, which takes a fifth of the time to make.
     """
     plain = tensor.detach().contiguous()
     return wp.from_torch(plain, dtype=dtype, return_ctype=not (whole or _are_whole or plain.is_cuda))
