@@ -93,6 +93,9 @@ def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(brow
     server.start()
     assert server.url != address
     desk.page.wait_for_selector("#lost", state="hidden")
+    # The last frame of the server that has ended stays until the new one sends its first.
+    desk.page.wait_for_function("() => document.getElementById('fit-status').textContent.startsWith('Starting')")
+    desk.page.wait_for_function("() => document.getElementById('fit-status').textContent.startsWith('Drawing')")
     desk.wait_for_frame(12.0)
     desk.page.locator("#stop").click()
     desk.wait_for_status("Stopped")
@@ -101,6 +104,28 @@ def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(brow
     desk.page.wait_for_selector("body[data-desk]")
     assert desk.page.url == server.url
     assert all("ERR_" in text or "reset" in text.lower() for text in desk.complaints)  # the browser's notes
+    desk.page.close()
+    assert server.end() == 130
+
+
+def test_a_fit_that_is_stopped_before_a_new_server_has_it_does_not_begin_again(browser, tmp_path: Path) -> None:
+    server = DeskServer(tmp_path)
+    desk = DeskPage(browser, server, tmp_path)
+    desk.slide("set-detail", 24)
+    desk.page.locator("#set-mode label").nth(1).click()
+    desk.drop(write_photo(tmp_path / "photo.png"))
+    desk.wait_for_frame(12.0)
+    server.end(signal.SIGKILL)
+    desk.page.wait_for_selector("#lost:not([hidden])")
+    # Press Stop as soon as it can be pressed: the page has not yet learned that the new server lacks the picture.
+    desk.page.evaluate("""() => {
+        const stop = document.getElementById("stop");
+        const press = () => !stop.disabled && stop.click();
+        new MutationObserver(press).observe(stop, { attributes: true, attributeFilter: ["disabled"] });
+    }""")
+    server.start()
+    desk.wait_for_status("Stopped")
+    assert file_facts(desk.save().read_bytes())["paths"] > 0
     desk.page.close()
     assert server.end() == 130
 

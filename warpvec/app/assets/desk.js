@@ -165,6 +165,7 @@ export class Desk {
         return this.server.fit(picture.id, request);
       });
       picture.lastFit = fit;
+      if (picture.isStopping) await this.server.stop(picture.id); // the user did not wait for the answer
     }, picture);
   }
 
@@ -179,10 +180,13 @@ export class Desk {
     await this.requestFit(picture, { ...this.sheet.present(picture), start: text, before, locked, keepsPaths: true }, "included");
   }
 
+  /** Ends the fit of a picture. A server that does not have the picture is told later; see `requestFit` and `Meeting`. */
   async stop(picture) {
     picture.isStopping = true;
     this.refresh();
-    await this.attempt(() => this.server.stop(picture.id));
+    if (!picture.id) return;
+    const isForgotten = (error) => error.status === 404;
+    await this.attempt(() => this.server.stop(picture.id).catch((error) => isForgotten(error) || Promise.reject(error)));
   }
 
   /** Shows the settings of the drawing that the page shows: undo and redo bring back others. */

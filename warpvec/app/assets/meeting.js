@@ -32,10 +32,19 @@ export class Meeting {
       return;
     }
     const known = new Set(pictures.map(({ id }) => id));
-    for (const picture of this.desk.pictures.filter(({ id, blob }) => id && blob && !known.has(id))) {
-      picture.id = null;
-      if (picture.isBusy) this.desk.requestFit(picture, { ...this.desk.sheet.present(picture), filled: null });
+    for (const picture of this.desk.pictures.filter(({ id }) => id)) {
+      if (!known.has(picture.id)) this.giveBack(picture);
+      else if (picture.isBusy && picture.isStopping) this.desk.stop(picture); // the server may not have heard it
     }
+  }
+
+  /** Lets a fit that the server has lost begin again, unless the user has stopped it in the meantime. */
+  giveBack(picture) {
+    if (!picture.blob) return;
+    picture.id = null;
+    if (!picture.isBusy) return;
+    if (picture.isStopping) this.desk.results.setStatus(picture, "stopped");
+    else this.desk.requestFit(picture, { ...this.desk.sheet.present(picture), filled: null });
   }
 
   async meet(facts) {
