@@ -26,7 +26,7 @@ def sketch(tmp_path: Path) -> Path:
 def test_each_line_is_one_stroke_and_the_summary_says_so(sketch: Path) -> None:
     out = sketch.with_suffix(".svg")
     result = invoke("run", sketch, "--mode", "lines")
-    assert re.search(r"2 lines, \d\.?\d* px wide; pen up for \d+ px", result.stdout)
+    assert re.search(r"2 lines, \d\.?\d* px wide; pen up for \d+ px\n", result.stdout)
     assert out.read_text().count("<path") == 2 and 'fill="none"' in out.read_text()
     facts = json.loads(invoke("run", sketch, "--mode", "lines", "--json").stdout)
     assert (facts["lines"], facts["wide_areas"], facts["mode"]) == (2, 0, "lines")
@@ -38,6 +38,14 @@ def test_a_given_width_is_that_of_all_lines_and_selects_the_mode(sketch: Path) -
     assert (facts["mode"], facts["line_widths"]) == ("lines", [1.5])
     text = sketch.with_suffix(".svg").read_text()
     assert 'width="90mm"' in text and text.count('stroke-width="1.5"') == 2
+
+
+def test_the_summary_of_a_filled_shape_names_the_modes_that_fill(tmp_path: Path) -> None:
+    image = Image.new("L", (96, 64), 255)
+    ImageDraw.Draw(image).rectangle([10, 20, 84, 43], fill=0)
+    image.save(tmp_path / "bar.png")
+    hint = "for filled shapes give --mode mono or flat"
+    assert hint in invoke("run", tmp_path / "bar.png", "--mode", "lines").stdout
 
 
 def test_what_lines_cannot_do_is_refused_in_one_line(sketch: Path) -> None:

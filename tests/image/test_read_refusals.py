@@ -64,7 +64,7 @@ def test_bad_paths(tmp_path):
     (tmp_path / "drawing.eps").write_text("%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n")
     for name, words in [
         ("missing.png", "No such file"),
-        ("", "directory"),
+        ("", "folder"),
         ("empty.png/below", "directory"),
         ("nul\0.png", "null"),
         ("empty.png", "empty"),

@@ -88,6 +88,10 @@ def _why_none_is_soft(result: Result) -> str | None:
 _WIDTHS_SHOWN = 4
 """Widths of lines that the summary lists."""
 
+_PEN_SHARE = 0.15
+"""Widest line of a drawing of lines, as a share of the picture's shorter side. Bold icons have an eighth; wider lines
+are the insides of filled shapes."""
+
 
 _REMOVED = {"node": "needless node", "path": "needless path", "loop": "needless loop", "speck": "speck"}
 """Name of what a drawing leaves out -> the same in the summary."""
@@ -169,4 +173,7 @@ def _lines_of(metrics: dict[str, Any]) -> str:
     listed = ", ".join(f"{width:g}" for width in widths[:_WIDTHS_SHOWN])
     more = f" and {len(widths) - _WIDTHS_SHOWN} more" if len(widths) > _WIDTHS_SHOWN else ""
     areas = f"; {counted(metrics['wide_areas'], 'wide area')} drawn as outlines" if metrics["wide_areas"] else ""
-    return f"{counted(metrics['lines'], 'line')}, {listed}{more} px wide; pen up for {metrics['pen_up']:.0f} px{areas}"
+    is_filled = max(widths) > _PEN_SHARE * min(metrics["width"], metrics["height"])
+    hint = "; for filled shapes give --mode mono or flat" if is_filled else ""
+    pen = f"pen up for {metrics['pen_up']:.0f} px"
+    return f"{counted(metrics['lines'], 'line')}, {listed}{more} px wide; {pen}{areas}{hint}"

@@ -73,8 +73,10 @@ def _load(source: ImageSource, name: str) -> NDArray[Any]:
             raise too_long(MAX_IMAGE_BYTES, name, f"these {len(source)} bytes")
         return _decode_file(bytes(source), f"these {len(source)} bytes", name)
     if isinstance(source, str | os.PathLike):
-        data = read_file(source, MAX_IMAGE_BYTES, name, "an image file")
-        return _decode_file(data, repr(os.fspath(source)), name)
+        label = repr(os.fspath(source))
+        if os.path.isdir(source):
+            raise InputError(name, "must be an image file", f"the folder {label}", "draw its pictures by warpvec batch")
+        return _decode_file(read_file(source, MAX_IMAGE_BYTES, name, "an image file"), label, name)
     rule = "must be a path, bytes, a PIL image, a numpy array or a torch tensor"
     raise InputError(name, rule, type(source).__name__, "convert it")
 
