@@ -177,3 +177,16 @@ def test_an_edited_drawing_is_fitted_again(desk: DeskPage, tmp_path: Path) -> No
         desk.slide("set-detail", 16)
     third = draw_like(desk.save().read_bytes(), target).astype(int)
     assert np.abs(third[62, 64] - (20, 110, 220)).max() < 24
+
+
+BLOCKED = "Object.defineProperty(window, 'sessionStorage', { get() { throw new DOMException('', 'SecurityError'); } })"
+
+
+@pytest.mark.parametrize("script", ["sessionStorage.setItem('page', '../events?page=\\u202e')", BLOCKED])
+def test_the_page_works_whatever_is_in_its_storage(desk: DeskPage, tmp_path: Path, script: str) -> None:
+    desk.page.add_init_script(script)
+    desk.page.reload()
+    desk.page.wait_for_selector("body[data-desk]")
+    desk.drop(write_logo(tmp_path / "logo.png", transparent=False))
+    desk.wait_for_status("done")
+    assert desk.paths() > 0

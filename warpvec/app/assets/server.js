@@ -8,12 +8,17 @@ const RETRY_MS = 1000;
 // that is hidden gives its stream up after this time.
 const REST_MS = 2000;
 
-/** Identifies this tab, also after it has been loaded again. */
+/** Identifies this tab, also after it has been loaded again. Another program at this port may have left something else in
+ * the storage, which the user may have blocked, too. */
 function pageIdentifier() {
-  const known = sessionStorage.getItem("page");
-  if (known) return known;
   const made = crypto.randomUUID().replaceAll("-", "");
-  sessionStorage.setItem("page", made);
+  try {
+    const known = sessionStorage.getItem("page");
+    if (/^[0-9a-f]{32}$/.test(known)) return known;
+    sessionStorage.setItem("page", made);
+  } catch {
+    // Without storage, a page that is loaded again is a new one.
+  }
   return made;
 }
 
