@@ -6,13 +6,13 @@ CPU's compiler turns it into vector instructions. It cannot do that with Warp's 
 """
 
 import math
-from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import warp as wp
 
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 BETAS = (0.98, 0.92, 0.99)
 """Default shares of the old averages that are kept."""
@@ -64,7 +64,7 @@ for (int i = part; i < width; i += parts) {{
 """
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Make ``corrections`` and ``update_row`` for the precision of ``lanes``."""
     dtype, vec3 = lanes.dtype, lanes.vec3
@@ -107,7 +107,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(corrections, update_row)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Make ``update_rows``."""
     dtype, vec3 = lanes.dtype, lanes.vec3

@@ -3,7 +3,6 @@
 The same as `warpvec.geometry.joints.Joints.segments`, in one launch: that takes some forty small steps.
 """
 
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,10 +10,11 @@ import warp as wp
 
 from warpvec.kernels.constants import DIRECTION_MIN
 from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.real_lanes import C_NAME
 
 
-@cache
+@made_once
 def make_kernels(dtype: Any) -> SimpleNamespace:
     """Return ``align_nodes`` for values of ``dtype``."""
     vec2 = wp.types.vector(2, dtype=dtype)

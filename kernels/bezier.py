@@ -1,15 +1,15 @@
 """Cubic Bezier segments: Bernstein weights, and the number of chords that keeps within CHORD_TOLERANCE."""
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.constants import CHORD_TOLERANCE, SEGMENT_CHORDS_MAX
 from warpvec.kernels.lanes import Lanes, bundle
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return ``weights``, ``vertex_weights`` and ``chord_count`` in the precision of ``lanes``."""
     dtype, vec2, vec4 = lanes.dtype, lanes.vec2, lanes.vec4

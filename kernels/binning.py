@@ -11,7 +11,6 @@ long, so a work item is an edge (``mark_pairs``), then a strip (``classify_strip
 Sorting puts the pairs of each tile next to one another, lowest path first. A position in that sorted list is a *hit*.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -19,9 +18,10 @@ import warp as wp
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COORDINATE_MAX, EMPTY, FULL, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return ``tile_box``, which stages share that bound paths."""
     dtype, vec2 = lanes.dtype, lanes.vec2
@@ -48,7 +48,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(tile_box)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``bound_paths``, ``list_strips``, the kernels that classify pairs, and ``find_tile_ranges``."""
     dtype, vec2 = lanes.dtype, lanes.vec2

@@ -5,19 +5,19 @@ goes on with an empty scene, which every later kernel can draw, and the overflow
 that no path uses have no effect: such strips have the path -1, and such pairs are empty and sort last.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.constants import EMPTY
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 VERTICES, STRIPS, PAIRS, SLOTS = 0, 1, 2, 3
 """Indices into ``overflow``."""
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``admit_vertices``, ``admit_pairs`` and ``admit_slots``."""
     module = stage_module("capacity", lanes)

@@ -5,7 +5,6 @@ path is flat or a gradient (``gradients.py``). A scene without gradients is draw
 whose gradients are all of two opaque stops by kernels that know of no others (``stops.py``).
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -14,9 +13,10 @@ from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import gradients, stops
 from warpvec.kernels.constants import COLUMNS, FULL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions that forward and adjoint share: indices of a pair's pixels, and coverage from winding."""
     dtype, vector = lanes.dtype, lanes.vector
@@ -53,7 +53,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(winding_index, on_canvas, coverage, coverage_slope)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes, with_gradients: bool = False, with_stops: bool = False) -> SimpleNamespace:
     """Return ``find_visible`` and ``composite``.
 

@@ -12,7 +12,6 @@ A target may be *shifted*: adjoints and removal costs are then those of the squa
 fourth plane, which all channels share. The loss is still that against the target itself.
 """
 
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,6 +21,7 @@ from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import compositing, gradients, stops
 from warpvec.kernels.constants import EMPTY, FULL, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 TERMS = 5
 """Number of sums. A pair has five: dL/d(red), dL/d(green), dL/d(blue), dL/d(opacity), opacity curvature. A tile uses
@@ -35,7 +35,7 @@ CANVAS_TERMS = 4
 """Number of sums over the canvas, and of those that a tile uses: three of dL/d(background), and the squared error."""
 
 
-@cache
+@made_once
 def make_kernels(
     lanes: Lanes, fused: bool, with_curvature: bool, with_gradients: bool = False, with_stops: bool = False
 ) -> SimpleNamespace:

@@ -12,7 +12,6 @@ each adds to its pixels in turn. On scalar lanes a work item is a pixel row of a
 path: thus each pixel is written by one thread of a GPU, which adds in a fixed order.
 """
 
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,9 +20,10 @@ import warp as wp
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMNS, TILE
 from warpvec.kernels.lanes import Lanes, stage_module
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes, is_linked: bool = False) -> SimpleNamespace:
     """Return ``accumulate_winding``; ``is_linked`` is for strokes, whose edges do not follow one another in a loop.
 

@@ -7,7 +7,6 @@ has no derivative with respect to positions.
 A lane is an edge, which walks through the pixels that it crosses (``edges.py``).
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -15,12 +14,13 @@ import warp as wp
 from warpvec.kernels import edges
 from warpvec.kernels.constants import COLUMNS, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 FETCHED_SLOTS = 32
 """Slots of the next path that are brought to the cache: 35 KB, less than a core's first cache has."""
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``integrate_edges``."""
     dtype, vec2, vec4, vector = lanes.dtype, lanes.vec2, lanes.vec4, lanes.vector

@@ -7,7 +7,6 @@ needs no exact areas. One work item walks over all curves: there are few.
 A side of a stroke moves across itself as its centre line does, and by half of what the width grows. Joins are left out.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -15,6 +14,7 @@ import warp as wp
 from warpvec.kernels import bezier
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import bundle, make_lanes, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.vectors import as_real, unit_of, vec2
 
 SAMPLE_GAP = 0.35
@@ -42,7 +42,7 @@ vec4 = _LANES.vec4
 vec9 = wp.types.vector(ROW_VALUES, dtype=wp.float64)
 
 
-@cache
+@made_once
 def make_kernels() -> SimpleNamespace:
     """Return ``cross_pixels``."""
     module = unit("normal_matrix")

@@ -10,19 +10,19 @@ borders: the right border of the pixel, and the border of the row that lies ahea
 the edge in that pixel.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.constants import COLUMN_GUARD, COLUMN_GUARD_SLOPE, COLUMNS, COORDINATE_MAX, FLAT_EDGE, TILE
 from warpvec.kernels.lanes import Lanes, bundle
+from warpvec.kernels.making import made_once
 
 TILE_BITS = TILE.bit_length() - 1
 """A pixel's tile is its row or column shifted right by this."""
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions of edges: ``inverse``, ``column_range``, ``end_points``, and those of the walk."""
     dtype, vec2, vector = lanes.dtype, lanes.vec2, lanes.vector

@@ -6,16 +6,16 @@ out slightly so that the polygon has the curve's area (``bezier.vertex_weights``
 stored one after another. The edge of vertex v runs to the loop's next vertex.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels import bezier
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``count_chords``, ``emit_vertices``, ``gather_segments_adjoint`` and ``add_arriving_adjoint``."""
     vec2, vec4 = lanes.vec2, lanes.vec4

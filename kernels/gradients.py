@@ -18,7 +18,6 @@ A kind whose derivatives do not follow from three sums needs more ``GRADIENT_TER
 """
 
 from collections.abc import Callable
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -27,6 +26,7 @@ from warpvec.geometry.paints.kind import RAMP_EXTENT_MIN
 from warpvec.geometry.paints.registry import FLAT, KINDS, LINEAR, RADIAL
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes, bundle
+from warpvec.kernels.making import made_once
 
 DEGENERATE = -1
 """In place of the kind of a gradient that shows its end colour alone."""
@@ -189,7 +189,7 @@ KNOWN: dict[int, Callable[[Lanes], SimpleNamespace]] = {LINEAR: _linear, RADIAL:
 """Kind of paint -> the factory of its functions."""
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions of a gradient of any kind at the pixels of a lane value.
 

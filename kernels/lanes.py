@@ -1,7 +1,7 @@
 """Lane arithmetic: one kernel body serves CPU and CUDA. A CPU thread owns 16 pixels at a time, a CUDA thread one pixel.
 
 On the CPU a lane value is a ``vector(16)`` with native 16-wide vector instructions. (Warp's own vector operators are
-unrolled to scalars and 3 to 15 times slower.) On CUDA a lane value is a scalar. A cached factory builds the kernels
+unrolled to scalars and 3 to 15 times slower.) On CUDA a lane value is a scalar. A factory builds the kernels
 once per :class:`Lanes`. The gradient checks use float64 lanes.
 
 ``functions`` is the table of all functions of lanes. A factory of kernels begins with ``v = lanes.functions``, and its
@@ -9,7 +9,6 @@ kernels call ``v.mul(a, b)``: Warp looks the names up while it compiles.
 """
 
 import platform
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,6 +16,7 @@ import warp as wp
 
 from warpvec.kernels import index_lanes, real_lanes
 from warpvec.kernels.constants import CANVAS_THREADS, CPU_FLAGS, CPU_FLAGS_X86, REDUCED_LANES, TILE
+from warpvec.kernels.making import made_once
 
 
 class Lanes(SimpleNamespace):
@@ -28,7 +28,7 @@ class Lanes(SimpleNamespace):
         return self is other
 
 
-@cache
+@made_once
 def make_lanes(width: int, dtype: Any) -> Lanes:
     """Return lanes of ``width`` 16 (CPU) or 1 (CUDA, and the CPU to check it), ``dtype`` wp.float32 or wp.float64.
 

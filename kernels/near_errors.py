@@ -1,18 +1,18 @@
 """The error of a picture in the pixels that each curve passes, and in those beside them."""
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels import bezier
 from warpvec.kernels.lanes import bundle, make_lanes, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.vectors import vec2
 
 real = wp.float64
 
 
-@cache
+@made_once
 def make_kernels() -> SimpleNamespace:
     """Return ``add_near_errors``."""
     module = unit("near_errors")

@@ -6,13 +6,13 @@ up in blocks, which hash tables find. A block becomes entries of the matrix by t
 of the drawing (``row_slopes.py``). One work item does all, because there is little to do and much to share.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
 from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.pixel_weights import SHARE_MIN, vec4
 
 ROW_PAIRS, ROW_COLORS, COLOR_PAIRS, TRIPLES = range(4)
@@ -21,7 +21,7 @@ ROW_PAIRS, ROW_COLORS, COLOR_PAIRS, TRIPLES = range(4)
 real = wp.float64
 
 
-@cache
+@made_once
 def make_kernels() -> SimpleNamespace:
     """Return ``multiply_pixels``, ``multiply_paints`` and ``write_matrix``."""
     module = unit("normal_matrix")

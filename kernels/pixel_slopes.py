@@ -7,7 +7,6 @@ transmittance behind the path for B_i. A tile first goes back to front, for all 
 to back.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -16,12 +15,13 @@ from warpvec.geometry.paints.registry import FLAT
 from warpvec.kernels import compositing, gradients, stops
 from warpvec.kernels.constants import FULL
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 SLOPE_PLANES = 4
 """Derivatives by a winding: of red, green and blue, and of the transmittance of all paths."""
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes, with_gradients: bool = False, with_stops: bool = False) -> SimpleNamespace:
     """Return ``derive_pixels``; the arguments are those of ``compositing.make_kernels``."""
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector

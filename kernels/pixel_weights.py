@@ -4,13 +4,13 @@ Crossed pixels get two things: how their planes change with the winding of each 
 shows. Of other pixels only the sums of squared shares count, because only colours act there.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.pixel_slopes import SLOPE_PLANES
 
 SHARE_MIN = 1e-3
@@ -20,7 +20,7 @@ vec4 = wp.vec4d
 real = wp.float64
 
 
-@cache
+@made_once
 def make_kernels() -> SimpleNamespace:
     """Return ``weigh_pixels`` and ``measure_tiles``."""
     module = unit("normal_matrix")

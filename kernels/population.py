@@ -6,7 +6,6 @@ A segment has an age of its own, because a path may gain segments later.
 values.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -14,6 +13,7 @@ import warp as wp
 from warpvec.kernels.adan import SCALED, SIGMOID, make_functions
 from warpvec.kernels.constants import REDUCED_LANES
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
 def threads_per_path(lanes: Lanes) -> int:
@@ -21,7 +21,7 @@ def threads_per_path(lanes: Lanes) -> int:
     return REDUCED_LANES if lanes.width == 1 else 1
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Make ``step_population``."""
     dtype, vec3 = lanes.dtype, lanes.vec3

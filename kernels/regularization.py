@@ -4,13 +4,13 @@
 step, and never their values. One thread handles a path: first the terms of its cubics, then its opacity.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.constants import EXTENT_MIN, LEG_MIN, PROJECTION_WEIGHT, TIP_COSINE, TIP_PARAMETER
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
 def tip_weights() -> tuple[float, float, float]:
@@ -24,7 +24,7 @@ def tip_weights() -> tuple[float, float, float]:
     return second + 3 * (1 - t) ** 2 * t, second, third
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Make ``add_regularizers``."""
     dtype, vec2, vec3 = lanes.dtype, lanes.vec2, lanes.vec3

@@ -5,7 +5,6 @@ the row's values. Handles of a smooth node are projected onto its mean direction
 the ends of a line beside it.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -13,6 +12,7 @@ import warp as wp
 from warpvec.kernels.constants import DIRECTION_MIN
 from warpvec.kernels.crossed_pixels import vec9
 from warpvec.kernels.lanes import bundle, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.vectors import as_real
 
 POINT_COLUMNS, COLUMNS_MAX = 16, 23
@@ -22,7 +22,7 @@ mat22 = wp.mat22d
 real = wp.float64
 
 
-@cache
+@made_once
 def make_kernels() -> SimpleNamespace:
     """Return ``follow_points`` and ``gather_adjoint``."""
     module = unit("normal_matrix")

@@ -11,7 +11,6 @@ the slots of the canvas.
 blur runs along whole lane values.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -19,6 +18,7 @@ import warp as wp
 from warpvec.kernels import binning, compositing
 from warpvec.kernels.constants import COLUMNS, COORDINATE_MAX, PARTIAL, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 AT_ONCE = 4
 """Lane values of a tile that a CPU thread blurs together, so that it loads each input once for all. The kernels have a
@@ -30,7 +30,7 @@ def blurred_at_once(lanes: Lanes) -> int:
     return AT_ONCE if lanes.width > 1 else 1
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions that forward and adjoint share: places of lane values in layers, and the tile of a pair."""
     blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
@@ -81,7 +81,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(line_tiles, turned_tile, crosswise, canvas_slot)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``bound_soft_paths``, ``mark_soft_pairs``, ``cover_layers``, ``blur``, ``turn`` and ``place_layers``."""
     dtype, vec2, vector = lanes.dtype, lanes.vec2, lanes.vector

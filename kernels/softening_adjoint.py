@@ -7,7 +7,6 @@ The Gaussian is symmetric, so the adjoint of a blur is the same blur. With b = G
 where G' is the derivative of the weights by the standard deviation.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -15,9 +14,10 @@ import warp as wp
 from warpvec.kernels import compositing, softening
 from warpvec.kernels.constants import COLUMNS, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``take_layers``, ``blur_adjoint`` and ``uncover_layers``."""
     dtype, vector = lanes.dtype, lanes.vector

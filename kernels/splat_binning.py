@@ -4,17 +4,17 @@ Pairs are numbered and sorted as in the exact renderer (see ``binning``): by til
 the box of one of its path's groups of Gaussians reaches a pixel centre of the tile; otherwise it is empty.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels.constants import COORDINATE_MAX, EMPTY, PARTIAL, SPLAT_GROUP, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 from warpvec.kernels.splatting import PLANES
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return ``covered``, which finds the pixels that a range of coordinates reaches."""
     dtype = lanes.dtype
@@ -30,7 +30,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(covered)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``bound_groups``, ``bound_splats`` and ``classify_splats``."""
     dtype, vec2 = lanes.dtype, lanes.vec2

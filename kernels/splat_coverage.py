@@ -5,7 +5,6 @@ the alpha of equation (3). A tile works front to back and stops at the path behi
 below TRANSMITTANCE_MIN.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -13,10 +12,11 @@ import warp as wp
 from warpvec.kernels import compositing, splat_binning
 from warpvec.kernels.constants import SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, SPLAT_GROUP, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 from warpvec.kernels.splatting import PLANES
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return ``gaussian``, which forward and adjoint share."""
     dtype, vector = lanes.dtype, lanes.vector
@@ -32,7 +32,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(gaussian)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``cover_splats``."""
     dtype, vector = lanes.dtype, lanes.vector

@@ -4,7 +4,6 @@ Each thread owns one Gaussian and its sums, and only reads pixels, so no atomics
 transmittance at a pixel, d(coverage)/d(alpha) = T / (1 - alpha). A clipped or dropped alpha has a zero derivative.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -12,11 +11,12 @@ import warp as wp
 from warpvec.kernels import compositing, splat_binning, splat_coverage
 from warpvec.kernels.constants import PARTIAL, SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 from warpvec.kernels.splatting import PLANES
 from warpvec.kernels.splatting_adjoint import CENTER_TERMS, COVARIANCE_TERMS
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     """Return ``cover_splats_adjoint``; with ``covariance`` it also fills the sums of the covariance."""
     dtype, vector = lanes.dtype, lanes.vector

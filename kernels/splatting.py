@@ -9,7 +9,6 @@ The adjoints of the positions need no quadrature weights: the size of a Gaussian
 adjoint is the integral of the gradient over its own cell, up to a constant. Their sum is the area term of equation (4).
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -25,6 +24,7 @@ from warpvec.kernels.constants import (
     TANGENT_MIN,
 )
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 PLANES = 7
 """Number of values of a Gaussian: center x, y; inverse covariance xx, xy, yy; half the size of its visible box in x, y
@@ -34,7 +34,7 @@ KINDS = 3
 """Number of kinds of basis: position, step to the next sample, tangent. Each has a part for either side."""
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions that forward and adjoint share."""
     dtype, vector = lanes.dtype, lanes.vector
@@ -99,7 +99,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(combine, blend, norm, inverse_norm, direction, clamp_x, clamp_y)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``place_splats``."""
     dtype, vector = lanes.dtype, lanes.vector

@@ -6,7 +6,6 @@ adjoints of P's entries xx, xy, yy are -1/2, -1 and -1/2 times the last three su
 control points pass their adjoints on to the two sides, and the sides to the points.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -22,6 +21,7 @@ from warpvec.kernels.constants import (
     SIGMA_PER_SPACING,
 )
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 from warpvec.kernels.splatting import KINDS, PLANES
 
 CENTER_TERMS = 3
@@ -33,7 +33,7 @@ SIDE_TERMS = 4 * KINDS + 1
 w."""
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     """Return ``center_adjoint``, ``gather_points_adjoint`` and ``gather_opacity_adjoint``.
 

@@ -18,7 +18,6 @@ and w a q_y^2 with the weight w = 1 for linear places and 1 / t for others; and 
 its share times dL/d(red, green, blue, opacity), and of a' and a' times the share with a' its own part of dL/dt.
 """
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -26,6 +25,7 @@ import warp as wp
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import Lanes, bundle
+from warpvec.kernels.making import made_once
 
 LINEAR_PLACE, ROOT_PLACE = 0, 1
 """Kinds of places."""
@@ -40,7 +40,7 @@ STOP_TERMS = WHOLE_TERMS + SEGMENT_TERMS * (STOPS_MAX - 1)
 """Sums of a pair for all its stops."""
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the functions of gradients of several stops at the pixels of a lane value, and their types of rows."""
     dtype, vector = lanes.dtype, lanes.vector

@@ -18,7 +18,6 @@ the n + 1 of its left side, and the n + 1 of its right side. The last row of an 
 """
 
 import math
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -34,6 +33,7 @@ from warpvec.kernels.constants import (
     TURN_SAMPLES,
 )
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 NOTHING, ARC, CORNER, PIVOT, BOX = range(5)
 """What stands at an anchor on one side: no vertex; those of an arc; a miter; the anchor; two corners of a cap."""
@@ -42,7 +42,7 @@ ROW_VERTICES_MAX = 2 * (SEGMENT_CHORDS_MAX + 1) + ARC_CHORDS_MAX
 """Most vertices of a row: its two sides, and what stands at its anchor."""
 
 
-@cache
+@made_once
 def make_functions(lanes: Lanes) -> SimpleNamespace:
     """Return the geometry of a row: ``tangent_weights``, ``heading``, ``turn``, ``chord_count`` and ``node_vertex``."""
     dtype, vec2, vec3, vec4 = lanes.dtype, lanes.vec2, lanes.vec3, lanes.vec4
@@ -144,7 +144,7 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     return bundle(tangent_weights, heading, normal_of, turn, turned, arc_chords, chord_count, node_vertex)
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``count_vertices`` and ``emit_vertices``."""
     dtype, vec2 = lanes.dtype, lanes.vec2

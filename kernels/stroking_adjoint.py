@@ -11,7 +11,6 @@ writes entries of its own only.
 """
 
 import math
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
@@ -19,9 +18,10 @@ import warp as wp
 from warpvec.geometry.strokes import END, FILLED, FIRST, INNER
 from warpvec.kernels import bezier, stroking
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
+from warpvec.kernels.making import made_once
 
 
-@cache
+@made_once
 def make_kernels(lanes: Lanes) -> SimpleNamespace:
     """Return ``land_edges``, ``gather_rows_adjoint`` and ``gather_widths_adjoint``."""
     dtype, vec2, vec3, vec4 = lanes.dtype, lanes.vec2, lanes.vec3, lanes.vec4

@@ -1,11 +1,11 @@
 """Active waiting for a word of memory to change, in native code: what a CPU thread does between two shares of work."""
 
-from functools import cache
 from typing import Any
 
 import warp as wp
 
 from warpvec.kernels.lanes import unit
+from warpvec.kernels.making import made_once
 
 # Every 32 turns the core is offered to other threads: the thread that is waited for may be queued for this core.
 _WAIT = """
@@ -20,7 +20,7 @@ for (int turn = 0; turn < turns && *word == seen; ++turn) {
 """
 
 
-@cache
+@made_once
 def make_wait() -> Any:
     """Return the kernel ``wait``, which runs on the CPU only, in one thread."""
     module = unit("thread_pool")

@@ -7,7 +7,7 @@ and gradients.
 from __future__ import annotations
 
 import math
-from functools import cache
+import threading
 from typing import Any
 
 import torch
@@ -86,7 +86,13 @@ def check_averages(name: str, exp_avg: Tensor, exp_avg_diff: Tensor, exp_avg_sq:
         require((values.abs() <= limit).all(), name, "has an optimizer state that no gradients lead to")
 
 
-@cache
+_local = threading.local()
+
+
 def _launcher(device: torch.device, dtype: torch.dtype) -> tuple[Launcher, Lanes]:
-    start_warp()
-    return Launcher(str(device), threads=1), make_lanes(1, wp.dtype_from_torch(dtype))
+    """Return the launcher of this thread: launches of two threads would set each other's arguments."""
+    launchers: dict[Any, tuple[Launcher, Lanes]] = _local.__dict__.setdefault("launchers", {})
+    if (device, dtype) not in launchers:
+        start_warp()
+        launchers[device, dtype] = Launcher(str(device), threads=1), make_lanes(1, wp.dtype_from_torch(dtype))
+    return launchers[device, dtype]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from types import SimpleNamespace
 
 import torch
@@ -12,20 +11,16 @@ from torch import Tensor
 from warpvec.geometry import crossings, joints, rounding
 from warpvec.geometry.scene import Scene
 from warpvec.kernels import folds
-from warpvec.polish.machine import machine_of_thread, making
+from warpvec.kernels.making import made_once
+from warpvec.polish.machine import machine_of_thread
 from warpvec.rendering.launch import as_warp
 
 PAIRS_MAX = 2**22
 """Most pairs of curves of the same paths: each pair is looked at, which takes a few nanoseconds."""
 
 
+@made_once  # type: ignore[untyped-decorator]
 def _kernels() -> SimpleNamespace:
-    with making:
-        return _made_kernels()
-
-
-@cache
-def _made_kernels() -> SimpleNamespace:
     return folds.make_kernels(fold_numbers())
 
 

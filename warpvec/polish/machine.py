@@ -22,9 +22,6 @@ _ENTRIES_FIRST, _BLOCKS_FIRST = 2**13, 2**9
 
 _local = threading.local()
 
-making = threading.Lock()
-"""Held while kernels are made: threads that make them at once would get several of one name."""
-
 
 class Machine:
     """The kernels and buffers of a thread on one device.
@@ -82,8 +79,7 @@ def machine_of_thread(device: str = "cpu") -> Machine:
     """Return the kernels and buffers of this thread on a ``device``."""
     machines: dict[str, Machine] = _local.__dict__.setdefault("machines", {})
     if device not in machines:
-        with making:
-            machines[device] = Machine(device)
+        machines[device] = Machine(device)
     return machines[device]
 
 

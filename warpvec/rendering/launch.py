@@ -15,7 +15,7 @@ import time
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 import torch
@@ -23,6 +23,7 @@ import warp as wp
 
 from warpvec.errors import InputError
 from warpvec.kernels.constants import TILE
+from warpvec.kernels.making import made_once, making
 from warpvec.rendering.capacity import Capacity
 from warpvec.rendering.devices import gpu_count, why_no_gpu
 from warpvec.rendering.kernel_cache import init_warp
@@ -41,7 +42,7 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=partial(torch.set_num_threads, 1))
 
 
-@cache
+@made_once  # type: ignore[untyped-decorator]
 def start_warp() -> int:
     """Initialise Warp, once; return the id of the process that did.
 
@@ -182,9 +183,10 @@ class _Command:
     def __init__(self, kernel: Any, arguments: list[Any], device: Any) -> None:
         inputs = [0, *arguments]
         # One block per tile where a work item is a pixel: sums over a tile need whole warps.
-        self._launch = wp.launch(
-            kernel, dim=1, inputs=inputs, device=device, block_dim=TILE * TILE, record_tape=False, record_cmd=True
-        )
+        with making:  # the first launch of a kernel loads its module
+            self._launch = wp.launch(
+                kernel, dim=1, inputs=inputs, device=device, block_dim=TILE * TILE, record_tape=False, record_cmd=True
+            )
         self._arguments = list(arguments)
         self._range = (0, 1)
 

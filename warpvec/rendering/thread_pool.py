@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpvec.kernels.making import making
 from warpvec.kernels.thread_pool import make_wait
 
 _HELPER_TURNS = 60_000
@@ -157,7 +158,8 @@ class _Word:
 def _wait_command(words: np.ndarray[Any, Any], index: int, turns: int) -> Any:
     array: Any = wp.array(words, dtype=int, device="cpu", copy=False)
     inputs = [index, 0, turns, array, _YIELD_CORE]
-    return wp.launch(make_wait(), dim=1, inputs=inputs, device="cpu", record_tape=False, record_cmd=True)
+    with making:
+        return wp.launch(make_wait(), dim=1, inputs=inputs, device="cpu", record_tape=False, record_cmd=True)
 
 
 def usable_threads(threads: int | None) -> int:
