@@ -237,6 +237,9 @@ def test_the_search_ends() -> None:
     assert len(without_invisible(scene, torch.linspace(0.001, 2.0, 1000), torch.linspace(0.0, 2.0, 1000), draw)) == 1000
     assert renderings[:2] == [1000, 500]
     assert len(renderings) == 1 + RENDERINGS_MAX
+    renderings.clear()
+    without_invisible(scene, torch.linspace(0.001, 2.0, 1000), torch.linspace(0.0, 2.0, 1000), draw, is_late=True)
+    assert renderings == [1000, 500]
 
 
 @pytest.mark.parametrize(("byte_count", "count"), [(12_000_000, 6), (36_000_000, 2), (192_000_000, 2)])

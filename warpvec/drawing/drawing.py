@@ -59,15 +59,16 @@ class Drawing:
     condition: Condition | None = None
 
     @staticmethod
-    def of(fitted: Scene, encoding: Encoding, device: str, **more: Any) -> Drawing:
+    def of(fitted: Scene, encoding: Encoding, device: str, *, is_late: bool = False, **more: Any) -> Drawing:
         """Return the drawing of the ``fitted`` scene, in pixels of the reduced picture; ``more`` are other attributes.
 
-        Unless the encoding keeps all paths, paths that cannot be seen and paths below ``min_area`` are left out.
+        Unless the encoding keeps all paths, paths that cannot be seen and paths below ``min_area`` are left out. If the
+        time of the run is over, ``is_late``, fewer are looked at.
         """
         cubics, distance = to_cubics(fitted.scaled(*encoding.picture.enlargement))
         scene = encoding.round(cubics)
         if not encoding.keeps_paths:
-            scene = _large_paths(_visible_paths(scene, encoding), encoding)
+            scene = _large_paths(_visible_paths(scene, encoding, is_late), encoding)
         return Drawing(fitted, encoding.trim(scene), distance, encoding, device, **more)
 
     def with_fitted(self, fitted: Scene) -> Drawing:
@@ -109,7 +110,7 @@ class Drawing:
         return self.encoding.psnr_as_fitted(self.text) if is_other else self.psnr
 
 
-def _visible_paths(scene: Scene, encoding: Encoding) -> Scene:
+def _visible_paths(scene: Scene, encoding: Encoding, is_late: bool) -> Scene:
     """Return ``scene`` without the paths that change no pixel of the file, as resvg draws it."""
     picture = encoding.picture
     plain = replace(encoding, options=FileOptions(no_metadata=True))
@@ -118,7 +119,7 @@ def _visible_paths(scene: Scene, encoding: Encoding) -> Scene:
         return draw(plain.text(some), picture.width, picture.height, transparent=some.transparent).tobytes()
 
     visible, changes = _areas(visible_areas, scene, encoding), _areas(removal_changes, scene, encoding)
-    return without_invisible(scene, visible, changes, draw_pixels)
+    return without_invisible(scene, visible, changes, draw_pixels, is_late)
 
 
 def _large_paths(scene: Scene, encoding: Encoding) -> Scene:

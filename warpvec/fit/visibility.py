@@ -66,7 +66,9 @@ def removal_changes(scene: Scene, height: int, width: int, threads: int | None =
     return changes.clamp_min(0.0)
 
 
-def without_invisible(scene: Scene, visible_area: Tensor, changes: Tensor, draw: DrawScene) -> Scene:
+def without_invisible(
+    scene: Scene, visible_area: Tensor, changes: Tensor, draw: DrawScene, is_late: bool = False
+) -> Scene:
     """Return ``scene`` without the paths that change no pixel of ``draw``.
 
     Only paths with a small ``visible_area`` or small ``changes`` are tried. The search may end before it has found all
@@ -77,6 +79,7 @@ def without_invisible(scene: Scene, visible_area: Tensor, changes: Tensor, draw:
         visible_area: the area [N] that `visible_areas` measures.
         changes: the changes [N] that `removal_changes` measures.
         draw: draws a scene; a path is removed only if the pixels stay the same.
+        is_late: whether the time of the run is over: one rendering must then do.
     """
     hidden, small, alike = visible_area == 0.0, visible_area < VISIBLE_AREA_MIN, changes < CHANGE_MIN
     masks = (hidden, small & ~hidden, alike & ~small)
@@ -84,10 +87,10 @@ def without_invisible(scene: Scene, visible_area: Tensor, changes: Tensor, draw:
     groups = [order[mask[order]] for mask, order in zip(masks, (m.argsort(stable=True) for m in measures), strict=True)]
     if not any(len(group) for group in groups):
         return scene
-    return scene.select(_visible_mask(scene, groups, draw))
+    return scene.select(_visible_mask(scene, groups, draw, 1 if is_late else RENDERINGS_MAX))
 
 
-def _visible_mask(scene: Scene, groups: list[Tensor], draw: DrawScene) -> Tensor:
+def _visible_mask(scene: Scene, groups: list[Tensor], draw: DrawScene, renderings_max: int) -> Tensor:
     """Return a mask [N] of the paths to keep.
 
     Remove whole groups, or else their halves, if that changes no pixel. The first group holds the hidden paths. The
@@ -96,7 +99,7 @@ def _visible_mask(scene: Scene, groups: list[Tensor], draw: DrawScene) -> Tensor
     keep = torch.ones(len(scene), dtype=torch.bool)
     pixels = draw(scene)
     turns = deque([group] for group in groups if len(group))
-    for _ in range(max(int(len(groups[0]) > 0), min(RENDERINGS_MAX, RENDERED_BYTES_MAX // len(pixels)))):
+    for _ in range(max(int(len(groups[0]) > 0), min(renderings_max, RENDERED_BYTES_MAX // len(pixels)))):
         while turns and not turns[0]:
             turns.popleft()
         if not turns:

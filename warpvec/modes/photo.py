@@ -23,6 +23,10 @@ from warpvec.modes.request import Request
 from warpvec.polish.finishing import finish, planned_iterations
 from warpvec.watch.watch import Part
 
+SHARE_AFTER_FIT = 0.1
+"""Share of a time budget that must be left after a fit for all that may follow. A fit that uses its time up ends some
+iterations early, with a hundredth of it left."""
+
 
 @dataclass(frozen=True)
 class Photo:
@@ -101,7 +105,9 @@ class PhotoFits:
             saving=self.saving,
             written=Written(encoding.grid_step, budget),
         )
-        return Drawing.of(fitted.scene, encoding, fitted.device)
+        watch = self.request.watch
+        is_late = watch.is_over() or not watch.has_time_for(SHARE_AFTER_FIT)
+        return Drawing.of(fitted.scene, encoding, fitted.device, is_late=is_late)
 
     def finished(self, drawing: Drawing, *, sharp: bool = False) -> Drawing:
         """Return the ``drawing`` of a whole fit after `finish`, or itself if that does not apply or no time is left.
