@@ -21,6 +21,18 @@ space says nothing."""
 FAULTS = ("exception", "crash", "hang", "memory", "wrong")
 """The bad outcomes. "wrong" is a rule that was broken without an error: a file left over, a message of two lines."""
 
+_patience = [1.0]
+
+
+def be_patient(factor: float) -> None:
+    """Multiply the limits of time of all cases from now on, for a machine that is busy with other work."""
+    _patience[0] = factor
+
+
+def limit(seconds: float) -> float:
+    """Return a limit of time that is ``seconds`` on an idle machine."""
+    return _patience[0] * seconds
+
 
 class Wrong(Exception):
     """A rule of the case was broken: raised by the case, with one line that says which."""

@@ -23,7 +23,7 @@ from random import Random
 
 import numpy as np
 from PIL import Image
-from torture_case import OK, REFUSED, Case, Wrong
+from torture_case import OK, REFUSED, Case, Wrong, limit
 
 FILES = {
     "OUT": "out.svg",
@@ -288,7 +288,7 @@ def run(arguments: Sequence[object], closed: Sequence[int] = (), stdin: int = su
     signs = " ".join(f"{number}>&-" for number in closed)
     command = ["sh", "-c", f'exec "$@" {signs}', "sh", sys.executable, "-m", "warpvec", *map(str, arguments)]
     done = subprocess.run(
-        command, stdin=stdin, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=RUN_SECONDS,
+        command, stdin=stdin, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, timeout=limit(RUN_SECONDS),
         check=False,
     )  # fmt: skip
     return done.returncode, done.stderr

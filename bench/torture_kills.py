@@ -20,7 +20,7 @@ from random import Random
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from torture_case import OK, Case, Wrong
+from torture_case import OK, Case, Wrong, limit
 from torture_disks import write_photo
 
 SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -95,7 +95,7 @@ def undisturbed() -> tuple[float, float, bytes]:
 
 def _check_killed(folder: Path, svg: bytes) -> str:
     process = _start(folder, *(["--resume", "checkpoint"] if (folder / "checkpoint").exists() else []))
-    _, stderr = process.communicate(timeout=RUN_SECONDS)
+    _, stderr = process.communicate(timeout=limit(RUN_SECONDS))
     if process.returncode != 0:
         raise Wrong(f"the run after a kill exited with {process.returncode}: {stderr[-300:]}")
     if (folder / "out.svg").read_bytes() != svg:
@@ -146,7 +146,7 @@ def _hit(folder: Path, number: signal.Signals, is_early: bool, seconds: float) -
         had_checkpoint, had_file = (folder / "checkpoint").exists(), (folder / "out.svg").exists()
         is_over = process.poll() is not None or _is_exiting(process.pid)
         process.send_signal(number)
-        _, stderr = process.communicate(timeout=RUN_SECONDS)
+        _, stderr = process.communicate(timeout=limit(RUN_SECONDS))
     except subprocess.TimeoutExpired:
         raise Wrong(f"the run goes on after {number.name}") from None
     finally:

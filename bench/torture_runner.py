@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from torture_case import FAULTS, MAX_MEMORY, OK, REFUSED, Case, Wrong
+from torture_case import FAULTS, MAX_MEMORY, OK, REFUSED, Case, Wrong, be_patient, limit
 
 POLL_SECONDS = 0.02
 """Time between two looks at the cases that run."""
@@ -137,7 +137,8 @@ class Running:
     """A case in a process that is forked from this one."""
 
     def __init__(self, kind: str, seed: int, number: int, folder: Path, patience: float = 1.0) -> None:
-        self._label, self._patience = (kind, seed, number), patience
+        self._label = kind, seed, number
+        be_patient(patience)
         self.case = case_of(kind, seed, number)
         self._place = Path(tempfile.mkdtemp(dir=folder.resolve(), prefix="case-"))
         self._begin, self._peak, self._killed = time.monotonic(), 0, ""
@@ -160,7 +161,7 @@ class Running:
             self._peak = max(self._peak, *map(_resident, family(self._pid)))
             if self._peak > MAX_MEMORY:
                 self.kill("memory")
-            elif time.monotonic() - self._begin > self.case.seconds * self._patience:
+            elif time.monotonic() - self._begin > limit(self.case.seconds):
                 self.kill("hang")
         return self._usage is not None
 
