@@ -24,7 +24,7 @@ class InputError(ValueError):
 
     def __init__(self, name: str, rule: str, value: str | None = None, remedy: str = "") -> None:
         self.name, self.rule, self.value, self.remedy = name, rule, value, remedy
-        given = "" if value is None else f", got {_shortened(value)}"
+        given = "" if value is None else f", got {shortened(value)}"
         advice = f"; {remedy}" if remedy else ""
         super().__init__(f"{name} {rule}{given}{advice}")
 
@@ -42,7 +42,7 @@ class InputError(ValueError):
         return InputError(names.get(self.name, self.name), rule, self.value, remedy)
 
 
-def _shortened(value: str) -> str:
+def shortened(value: str) -> str:
     """Return ``value``, without its middle if that is long: a number can have any number of digits."""
     if len(value) <= _VALUE_MAX:
         return value

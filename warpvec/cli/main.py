@@ -23,7 +23,7 @@ from warpvec import __version__
 from warpvec.checks import in_one_line
 from warpvec.cli.options import OPTION_NAMES
 from warpvec.cli.streams import prepare_streams, settle_stdout
-from warpvec.errors import InputError
+from warpvec.errors import InputError, shortened
 from warpvec.files import is_full
 from warpvec.image.formats import SUFFIXES
 from warpvec.writers.registry import SVG_SUFFIXES
@@ -82,7 +82,7 @@ class _Group(click.Group):
             error.show()
             code = error.exit_code
         except click.ClickException as error:
-            message = in_one_line(" ".join(error.format_message().split()))
+            message = in_one_line(" ".join(map(shortened, error.format_message().split())))
             click.echo(f"warpvec: error: {message}{_hint(error)}", err=True)
             code = error.exit_code
         except OSError as error:  # the help, which no command prints, to a stdout that is full
