@@ -64,3 +64,15 @@ print(torch.compile(lambda x: x + 1, backend="eager")(torch.ones(1)).item(), tor
 def test_torch_compiles_where_parts_of_it_are_postponed() -> None:
     run = subprocess.run([sys.executable, "-c", COMPILED], capture_output=True, text=True, check=True)
     assert run.stdout == "2.0 Dim\n"
+
+
+def test_functions_of_scipy_keep_their_text_and_work() -> None:
+    code = """
+from warpvec.cli.postponed import postpone
+postpone()
+import numpy, scipy.ndimage, scipy._lib._array_api
+print(scipy._lib._array_api.FunctionDoc.__module__)
+print(scipy.ndimage.label.__doc__.split()[0], scipy.ndimage.label(numpy.eye(3))[1])
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines() == ["warpvec.cli.postponed", "Label 3"]

@@ -114,9 +114,9 @@ def test_steps_start_anew_from_the_best_while_that_pays(monkeypatch: pytest.Monk
     starts: list[float] = []
 
     class Impatient(LevenbergMarquardt):
-        def steps(self, count: int, gain_min: float) -> Iterator[Evaluation]:
+        def steps(self, count: int, gain_min: float, unseen: float = 0.0) -> Iterator[Evaluation]:
             starts.append(self._here.loss)
-            return super().steps(min(count, 3), gain_min)
+            return super().steps(min(count, 3), gain_min, unseen)
 
     monkeypatch.setattr(polishing, "LevenbergMarquardt", Impatient)
     scene = _scene(RING)
@@ -126,6 +126,14 @@ def test_steps_start_anew_from_the_best_while_that_pays(monkeypatch: pytest.Monk
     starts.clear()
     _polished(_picture(scene), _shaken(scene, 1.0), 40)
     assert len(starts) == 1  # too few are left
+
+
+def test_a_fit_ends_sooner_where_viewers_add_more_than_it_gains() -> None:
+    picture, start = _picture(_scene(RING)), _shaken(_scene(RING), 1.0)
+    target = Target(picture, CONFIG, "cpu")
+    whole, short = (polish(target, start, CONFIG, iterations=60, unseen=unseen) for unseen in (0.0, 1e-4))
+    assert short.iterations < whole.iterations
+    assert _psnr(short, picture) > 40.0
 
 
 def test_the_bits_do_not_depend_on_the_threads() -> None:

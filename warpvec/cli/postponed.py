@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from threading import RLock
@@ -50,12 +50,18 @@ class _Finder(MetaPathFinder):
     ) -> ModuleSpec | None:
         if fullname in _COMPILERS:
             _load_now()
+        if fullname == _DOCUMENTED:
+            return _with_loader(PathFinder.find_spec(fullname, path, target), _PlainDocs)
         if fullname not in POSTPONED or (fullname.startswith("torch.") and not _is_known()):
             return None
-        spec = PathFinder.find_spec(fullname, path, target)
-        if spec is not None and spec.loader is not None:
-            spec.loader = _Loader(spec.loader)
-        return spec
+        return _with_loader(PathFinder.find_spec(fullname, path, target), _Loader)
+
+
+def _with_loader(spec: ModuleSpec | None, make: Callable[[Loader], Loader]) -> ModuleSpec | None:
+    """Return ``spec`` with the loader that ``make`` makes of its own."""
+    if spec is not None and spec.loader is not None:
+        spec.loader = make(spec.loader)
+    return spec
 
 
 def _is_known() -> bool:
@@ -83,6 +89,36 @@ class _Loader(Loader):
     def exec_module(self, module: ModuleType) -> None:
         assert module.__spec__ is not None
         module.__loader__ = module.__spec__.loader = self._loader
+
+
+_DOCUMENTED = "scipy._lib._array_api"
+"""The module with which SciPy adds a note to the text of every function for people to read."""
+
+
+class _PlainDocs(Loader):
+    """Has SciPy leave the texts of its functions as they are. Reading them takes a twentieth of a short run."""
+
+    def __init__(self, loader: Loader) -> None:
+        self._loader = loader
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        return self._loader.create_module(spec)
+
+    def exec_module(self, module: ModuleType) -> None:
+        self._loader.exec_module(module)
+        if hasattr(module, "FunctionDoc"):
+            module.FunctionDoc = _PlainDoc  # type: ignore[attr-defined]
+
+
+class _PlainDoc(dict[str, list[str]]):
+    """The text of a function, to which notes can be added that nobody reads."""
+
+    def __init__(self, function: object) -> None:
+        super().__init__(Notes=[])
+        self._text = function.__doc__ or ""
+
+    def __str__(self) -> str:
+        return "signature\n" + self._text
 
 
 class _Postponed(ModuleType):

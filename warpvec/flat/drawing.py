@@ -215,7 +215,7 @@ class FlatDrawing:
         planned = max(DRAWING.first_iterations + DRAWING.last_iterations, self.watch.iterations + count)
         return polish(
             self.critic.target, scene, self.config, self.watch.part(planned=planned, left=self._share_after(scene)),
-            iterations=count, values_exact_max=SIMPLIFICATION.values_exact_max,
+            iterations=count, values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen,
         ).scene  # fmt: skip
 
     def _repainted(self, regions: Regions) -> Regions:

@@ -13,8 +13,9 @@ from warpvec.arrays import Floats, Floats32, Integers32, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
-from warpvec.flat.mode_choice import Levels, changes
+from warpvec.flat.mode_choice import Levels
 from warpvec.flat.mono import otsu_threshold
+from warpvec.image.spread import spread
 
 
 def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
@@ -29,7 +30,7 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
     if min(image.shape[:2]) < TEXTURES.side_min:
         return None
     levels = np.rint(255.0 * image[..., :3]).astype(np.int16)
-    change = changes(levels)
+    change = spread(levels)
     is_drawn = _drawn(levels, change, is_jpeg)
     if is_drawn.mean() < TEXTURES.drawn_min:
         return None

@@ -39,7 +39,14 @@ def over(image: Pixels, matte: float) -> Pixels:
 
 def over_mattes(image: NDArray[Any]) -> NDArray[Any]:
     """Return straight ``image`` [h, w, 4] over each of ``MATTES``, side by side [h, w, 6]; an opaque one as it is."""
-    return np.concatenate([over(image, matte) for matte in MATTES], 2) if is_transparent(image) else image
+    if not is_transparent(image):
+        return image
+    alpha, found = image[..., 3], np.empty((*image.shape[:2], 3 * len(MATTES)), image.dtype)
+    for number, matte in enumerate(MATTES):
+        behind = (1.0 - alpha) * matte
+        for channel in range(3):  # by planes: NumPy takes four times as long for the few channels of each pixel
+            found[..., 3 * number + channel] = image[..., channel] * alpha + behind
+    return found
 
 
 def from_mattes(image: NDArray[Any]) -> NDArray[Any]:

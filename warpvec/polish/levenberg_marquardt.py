@@ -107,11 +107,14 @@ class LevenbergMarquardt:
         self._strength = self._opacity_strength(x, seed)
         self._order: NDArray[np.int64] | None = None
 
-    def steps(self, count: int, gain_min: float = GAIN_MIN) -> Iterator[Evaluation]:
-        """Yield each evaluation of the loss, at most ``count``, until the last steps gain less than ``gain_min``."""
+    def steps(self, count: int, gain_min: float = GAIN_MIN, unseen: float = 0.0) -> Iterator[Evaluation]:
+        """Yield each evaluation of the loss, at most ``count``, until the last steps gain less than ``gain_min``.
+
+        That is a share of the loss and what viewers of the file add to it anyway, ``unseen``.
+        """
         yield self._here
         left, losses = count - 1, [self._here.loss]
-        while left > 0 and len(losses) <= STEPS_MAX and not _is_idle(losses, gain_min):
+        while left > 0 and len(losses) <= STEPS_MAX and not _is_idle(losses, gain_min, unseen):
             system = self._system()
             while left > 0 and self._damping < DAMPING_MAX:
                 x, expected = self._allowed_step(system)
@@ -212,13 +215,13 @@ class LevenbergMarquardt:
         return strength
 
 
-def _is_idle(losses: list[float], gain_min: float) -> bool:
-    """Return whether the last steps have gained a smaller share of the loss than ``gain_min``.
+def _is_idle(losses: list[float], gain_min: float, unseen: float) -> bool:
+    """Return whether the last steps have gained a smaller share of the loss and ``unseen`` than ``gain_min``.
 
     ``losses`` has the loss before each step, and the last one.
     """
     return any(
-        len(losses) > count and losses[-1] > (1.0 - least) * losses[-1 - count]
+        len(losses) > count and losses[-1] + unseen > (1.0 - least) * (losses[-1 - count] + unseen)
         for count, least in ((GAIN_STEPS, gain_min), (STILL_STEPS, STILL_SHARE * GAIN_MIN))
     )
 

@@ -12,7 +12,7 @@ import torch
 import warp as wp
 from numpy.typing import NDArray
 
-from warpvec.kernels import crossed_pixels, near_errors, normal_matrix, pixel_weights, row_slopes
+from warpvec.kernels import crossed_pixels, cubic_fitting, near_errors, normal_matrix, pixel_weights, row_slopes
 from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
 from warpvec.kernels.row_slopes import COLUMNS_MAX
 from warpvec.rendering.launch import Launcher, as_warp, start_warp
@@ -38,7 +38,7 @@ class Machine:
         start_warp()
         self.launch = Launcher(device, 1)
         self.get = self.launch.make_buffers().get
-        kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes, near_errors)
+        kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes, near_errors, cubic_fitting)
         self.kernels = {name: kernel for each in kernels for name, kernel in vars(each.make_kernels()).items()}
         self.entry_room, self.block_room = _ENTRIES_FIRST, _BLOCKS_FIRST
         self.blocks: list[wp.array] = []

@@ -65,6 +65,7 @@ def polish(
     values_exact_max: int = VALUES_EXACT_MAX,
     locked: Tensor | None = None,
     gain_min: float = GAIN_MIN,
+    unseen: float = 0.0,
     keeps_stops: bool = False,
 ) -> FitResult:
     """Fit ``start`` to ``target`` and keep its structure; the loss of the result is at most its own.
@@ -82,7 +83,8 @@ def polish(
         free: let smooth nodes become corners, opaque paths translucent, and paths cross themselves.
         values_exact_max: most values that are fitted by Gauss-Newton steps.
         locked: paths [N] (bool) that keep their form and paint; None for none.
-        gain_min: Gauss-Newton steps end once the last ones have gained a smaller share of the loss.
+        gain_min: Gauss-Newton steps end once the last ones have gained a smaller share of the loss and ``unseen``.
+        unseen: mean squared error that viewers of the file add anyway.
         keeps_stops: keep the colours and opacities of the stops of gradients.
 
     Raises:
@@ -92,7 +94,7 @@ def polish(
     part = Watch(time_budget=config.time_budget).part() if part is None else part
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
         locked = None if locked is None else locked.to(device)
-        run = _Polish(target, start.to(device), config, part, iterations, free, locked, keeps_stops)
+        run = _Polish(target, start.to(device), config, part, iterations, free, locked, keeps_stops, unseen)
         try:
             run.take(values_exact_max, gain_min)
         except KeyboardInterrupt:
@@ -113,7 +115,9 @@ class _Polish:
         free: bool,
         locked: Tensor | None,
         keeps_stops: bool,
+        unseen: float,
     ) -> None:
+        self._unseen = unseen
         self._target, self._config, self._part, self._iteration_count = target, config, part, iterations
         self._free, self._locked, self._keeps_stops = free, locked, keeps_stops
         self._iteration = 0
@@ -170,7 +174,7 @@ class _Polish:
             folds = self._guard.folds
             here = self._first if self._best is None else self._best
             solver = LevenbergMarquardt(self._variables, here, folds, config.seed, config.lr_scale)
-            for found in solver.steps(self._iteration_count - self._iteration, gain_min):
+            for found in solver.steps(self._iteration_count - self._iteration, gain_min, self._unseen):
                 self._see(found)
             if self._iteration + RESTART_ROOM > self._iteration_count:
                 break

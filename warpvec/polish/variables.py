@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, pairwise
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -86,7 +86,8 @@ class Variables:
         if scene.forms is not None:
             parts.append(scene.forms.parameters)
         self._shapes = [part.shape for part in parts]
-        self._bounds = [0, *accumulate(part.numel() for part in parts)]
+        self._sizes = [part.numel() for part in parts]
+        self._bounds = [0, *accumulate(self._sizes)]
         self.start = torch.cat([part.flatten() for part in parts])
         self.point_count = self._bounds[3] // 2
         self.opacity_range = self._bounds[4], self._bounds[5]
@@ -306,8 +307,7 @@ class Variables:
 
     def _of(self, x: Tensor) -> list[Tensor]:
         """Return the parts of a vector [K] in their shapes; they share its memory."""
-        ranges = zip(pairwise(self._bounds), self._shapes, strict=True)
-        return [x[start:stop].view(shape) for (start, stop), shape in ranges]
+        return [part.view(shape) for part, shape in zip(x.split_with_sizes(self._sizes), self._shapes, strict=True)]
 
     def shown(self, x: Tensor) -> Scene:
         """Return the scene of ``x``, in memory that the next call overwrites.

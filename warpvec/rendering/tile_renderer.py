@@ -16,7 +16,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.structure import Structure
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS
-from warpvec.kernels.constants import TILE, TRANSMITTANCE_MIN
+from warpvec.kernels.constants import COLUMNS, TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import make_lanes
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.launch import Launcher, start_warp
@@ -203,7 +203,7 @@ class TileRenderer(ABC):
         Each path is covered once for all of them. Nothing else may be drawn before the last one is taken.
         """
         hits = self._cover(scene)
-        covered = wp.to_torch(hits[2]).clone()
+        covered = self._coverage_of(hits).clone()
         for reference, background in views:
             adjoints = self.make_adjoints(scene)
             into = self._paint_adjoints(adjoints, adjoints.opacity)
@@ -213,9 +213,14 @@ class TileRenderer(ABC):
 
     def _restored(self, hits: Hits, covered: Tensor, background: Tensor) -> Hits:
         """Return ``hits`` over a ``background`` [3], with the coverage that an adjoint has overwritten put back."""
+        self._coverage_of(hits).copy_(covered)
         binning, visible, winding, paint = hits
-        wp.to_torch(winding).copy_(covered)
         return binning, visible, winding, paint.over(background, self._lanes)
+
+    def _coverage_of(self, hits: Hits) -> Tensor:
+        """Return the part of the buffer of coverage that ``hits`` use."""
+        found: Tensor = wp.to_torch(hits[2])[: (hits[0].slot_count + 1) * COLUMNS * self._lanes.blocks]
+        return found
 
     def prepare_target(self, target: Tensor, shift: Tensor | None = None) -> Tensor:
         """Return a target image [h, w, 3] in the form that :meth:`fit_step` takes.
@@ -294,7 +299,7 @@ class TileRenderer(ABC):
         Each path is covered once for all of them, and so are the adjoints of the outlines.
         """
         hits = self._cover(scene)
-        coverage = wp.to_torch(hits[2])
+        coverage = self._coverage_of(hits)
         covered, total, parts = coverage.clone(), torch.zeros_like(coverage), []
         values = _values_of(scene)
         self._kept = _Covered(scene.structure, values, [value._version for value in values], hits, covered)
@@ -302,7 +307,7 @@ class TileRenderer(ABC):
             over = self._restored(hits, covered, background)
             parts.append(self._paint_step(scene, over, prepared_target, want_removal_cost))
             total += coverage
-        coverage.copy_(total / len(views))
+        torch.div(total, len(views), out=coverage)
         adjoints = mean_adjoints(parts, without=("segments", "width", "softness"))
         self._collect(scene, adjoints)
         return adjoints

@@ -141,9 +141,6 @@ class CurveConstants:
     """Pieces of more nodes than the first begin and end only at nodes where the direction changes otherwise than before
     by this sine, beside these, and at one in so many of the others: along a circle, all are alike."""
 
-    cubics_at_once: int = 256
-    """Cubics that are fitted at a time. More of them do not fit in the caches."""
-
     span_length_max: int = 192
     """Most nodes that a piece goes on."""
 

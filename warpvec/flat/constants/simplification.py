@@ -51,6 +51,11 @@ class SimplificationConstants:
     """Most values of a drawing of flat art that is fitted by damped Gauss-Newton steps. Each takes a second of a
     posterised photo of 1,200 segments, which gradients alone fit in a sixth of the time, 0.2 dB worse."""
 
+    unseen: float = 1e-5
+    """Mean squared error, that of 50 dB, that the rounding of the file and the edges of viewers add to a drawing: fits
+    end once they gain little of both. Files of 37 icons have 44 to 49 dB where their fits have 46 to 55, and the fits
+    lose nothing by it: +0.005 dB in the mean, at worst -0.05, for a thirtieth of the time."""
+
     share_again: float = 0.5
     """Share of the distance that nodes which were put back may cost the next time."""
 

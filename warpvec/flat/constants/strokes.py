@@ -44,6 +44,15 @@ class StrokeConstants:
     """Least share of an outline at which the disks have the width of the stroke. Those of lucide and of openmoji have
     0.75 and more, blobs and letters with a contrast of thick and thin below 0.4."""
 
+    glance_gap: int = 8
+    """Every how many points are looked at first: most shapes of flat art are no strokes, and these tell."""
+
+    glance_points_min: int = 32
+    """Fewest such points that tell."""
+
+    glance_share_min: float = 0.4
+    """Least share of their outline at which their disks have one width, that of blobs."""
+
     width_min: float = 1.5
     """Narrowest stroke in pixels. Thinner ones show no two sides."""
 

@@ -133,15 +133,9 @@ def _line_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats
 
 def _cubic_costs(nodes: Nodes, places: Places, tolerance: Floats) -> tuple[Floats, Floats]:
     start, end = nodes.point[places.start], nodes.point[places.end]
-    end, points = (end - start).astype(np.float32), (places.points - start[:, None]).astype(np.float32)
-    parameters, origin = places.parameters.astype(np.float32), np.zeros_like(end)
-    parts = [slice(first, first + CURVES.cubics_at_once) for first in range(0, len(start), CURVES.cubics_at_once)]
-    fits = [fit_cubics(origin[part], end[part], points[part], parameters[part]) for part in parts]
-    if not fits:
-        return np.zeros(0), np.zeros(0)
-    handles, largest, square = (np.concatenate(values).astype(np.float64) for values in zip(*fits, strict=True))
+    handles, largest, square = fit_cubics(start, end, places.points, places.parameters)
     distance = typical_distance(largest, square)
-    leaving, arriving = handles[:, 0], end - handles[:, 1]
+    leaving, arriving = handles[:, 0] - start, end - handles[:, 1]
     return CURVES.cubic_cost + _common_cost(nodes, places, distance, leaving, arriving, tolerance), distance
 
 

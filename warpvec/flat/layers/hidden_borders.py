@@ -132,17 +132,21 @@ def _encloses_other(path: Floats, cover: Cover) -> bool:
 
 
 def _links(points: Floats, cover: Cover) -> Mask:
-    """Return which of ``points`` [n, 2] are joined by a straight line that stays covered [n, n]; neighbours always."""
-    share = np.linspace(0.0, 1.0, LAYERS.link_samples)[1:-1, None]
-    between = points[:, None, None] * (1.0 - share) + points[None, :, None] * share
-    from_end = np.minimum(np.linalg.norm(between - points[0], axis=-1), np.linalg.norm(between - points[-1], axis=-1))
+    """Return which of ``points`` [n, 2] a straight line that stays covered joins to a later one [n, n].
+
+    Neighbours always are joined.
+    """
+    share = np.linspace(0.0, 1.0, LAYERS.link_samples)[1:-1]
+    first, second = np.triu_indices(len(points), 1)
+    x, y = (each[first, None] * (1.0 - share) + each[second, None] * share for each in points.T)
+    from_ends = (np.sqrt((x - end[0]) ** 2 + (y - end[1]) ** 2) for end in (points[0], points[-1]))
     # At the ends, where the border comes out from beneath, no margin can be kept.
-    margin = np.minimum(LAYERS.hidden_margin, LAYERS.hidden_wedge * from_end)
-    x, y = np.floor(between).astype(np.int64).reshape(-1, 2).T
+    margin = np.minimum(LAYERS.hidden_margin, LAYERS.hidden_wedge * np.minimum(*from_ends))
     height, width = cover.above.shape
-    x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
-    inside = (cover.above[y, x] & (cover.from_out[y, x] >= margin.ravel())).reshape(margin.shape)
-    sees: Mask = inside.all(-1)
+    column, row = (np.floor(each).astype(np.int64).clip(0, most - 1) for each, most in ((x, width), (y, height)))
+    inside = cover.above[row, column] & (cover.from_out[row, column] >= margin)
+    sees = np.zeros((len(points), len(points)), bool)
+    sees[first, second] = inside.all(-1)
     neighbours = np.arange(len(points) - 1)
     sees[neighbours, neighbours + 1] = True
     return sees

@@ -173,7 +173,8 @@ class _Work:
         locked[list(offered)] = False
         return polish(
             self.critic.target, _repainted(scene, offered), self.critic.config, self.watch.side_part(),
-            iterations=SIMPLIFICATION.stop_iterations, locked=locked, values_exact_max=SIMPLIFICATION.values_exact_max,
+            iterations=SIMPLIFICATION.stop_iterations, locked=locked, unseen=SIMPLIFICATION.unseen,
+            values_exact_max=SIMPLIFICATION.values_exact_max,
         ).scene  # fmt: skip
 
     def refused(self, old: Scene, new: Scene, offered: dict[int, GradientPaint], top: Integers) -> list[int]:

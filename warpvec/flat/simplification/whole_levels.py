@@ -39,7 +39,7 @@ def with_whole_levels(scene: Scene, critic: Critic, watch: Watch) -> Scene:
     return polish(
         critic.target, replace(scene, color=color, gradients=paints), critic.config, watch.side_part(),
         iterations=SIMPLIFICATION.level_iterations, locked=is_flat, keeps_stops=True,
-        values_exact_max=SIMPLIFICATION.values_exact_max,
+        values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen,
     ).scene  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.grounds import Ground
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, fit_shadow, moved_blur
+from warpvec.image.spread import largest_channel
 
 
 def find_casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground: Ground) -> Mask | None:
@@ -41,10 +42,10 @@ def find_casters(levels: Floats, plateaus: NDArray[np.int32], count: int, ground
             continue
         part = levels[rows, columns]
         color = np.median(part[own], axis=0)
-        is_like = np.abs(part - color).max(2) <= 2.0 * SOFTNESS.alike
+        is_like = largest_channel(np.abs(part - color)) <= 2.0 * SOFTNESS.alike
         whole = ndimage.binary_propagation(own, mask=is_like)
         away = ndimage.distance_transform_edt(~whole)
-        change = np.abs(part - color).max(2)
+        change = largest_channel(np.abs(part - color))
         first, later = change[(away > 1.5) & (away <= 2.5)], change[(away > 3.5) & (away <= 4.5)]
         if not len(first) or not len(later):
             continue
@@ -176,7 +177,7 @@ def _without_shaded(
     owner = plateaus[tuple(nearest)]
     like = numbers[_is_like_shade(change, plateaus, numbers, found[1].amplitude)]
     others = np.where(casters & np.isin(owner, like), 0.0, found[0])
-    rest = np.abs(change - found[1].shade_of(others, ground.deviation)).max(2)
+    rest = largest_channel(np.abs(change - found[1].shade_of(others, ground.deviation)))
     shaded = like[ndimage.median(rest, plateaus, like) < SOFTNESS.shade_error] if len(like) else like
     if not len(shaded) or len(shaded) == len(numbers):
         return None
@@ -205,7 +206,7 @@ def coverage_of(levels: Floats, casters: Mask, near: Mask, shaded: Floats | None
     _, (v, u) = ndimage.distance_transform_edt(near, return_indices=True)
     own, beside = levels[y, x], levels[v, u]
     if shaded is not None:
-        is_shade = np.abs(beside - shaded[v, u]).max(2) < SOFTNESS.jump
+        is_shade = largest_channel(np.abs(beside - shaded[v, u])) < SOFTNESS.jump
         beside = np.where(is_shade[..., None], shaded, beside)
     return np.where(casters, 1.0, np.where(near, share_of(levels, own, beside), 0.0))
 

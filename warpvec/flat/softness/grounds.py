@@ -16,6 +16,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.image.spread import largest_channel, spread
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class Ground:
 
 def find_plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
     """Return the number of the plateau of each pixel [h, w], from 1 on, 0 for none, and how many plateaus there are."""
-    return _labels(_spread(levels) <= SOFTNESS.alike)
+    return _labels(spread(levels) <= SOFTNESS.alike)
 
 
 def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Iterator[Ground]:
@@ -107,12 +108,6 @@ def find_cards(
         left[area] = 0
 
 
-def _spread(levels: Floats) -> Floats:
-    """Return the largest difference between two pixels of the 3 x 3 around each, in any channel [h, w]."""
-    spread: Floats = (ndimage.maximum_filter(levels, (3, 3, 1)) - ndimage.minimum_filter(levels, (3, 3, 1))).max(2)
-    return spread
-
-
 def _labels(mask: Mask) -> tuple[NDArray[np.int32], int]:
     labels, count = ndimage.label(mask)
     return labels.astype(np.int32), int(count)
@@ -120,8 +115,8 @@ def _labels(mask: Mask) -> tuple[NDArray[np.int32], int]:
 
 def _even_areas(levels: Floats) -> tuple[NDArray[np.int32], int]:
     """Return the number of the even area of each pixel [h, w], from 1 on, 0 for none, and how many there are."""
-    bends = [np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")).max(2) for axis in (0, 1)]
-    is_even = (np.maximum(*bends) <= SOFTNESS.bend_max) & (_spread(levels) <= SOFTNESS.jump)
+    bends = (np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")) for axis in (0, 1))
+    is_even = (np.maximum(*map(largest_channel, bends)) <= SOFTNESS.bend_max) & (spread(levels) <= SOFTNESS.jump)
     return _labels(ndimage.binary_erosion(is_even, border_value=1))
 
 
@@ -139,7 +134,7 @@ def _largest(labels: NDArray[np.int32], count: int, at_border: bool) -> tuple[in
 def _flat(levels: Floats, area: Mask, region: Mask) -> Ground:
     color = np.median(levels[area], axis=0)
     below = np.broadcast_to(color, levels.shape)
-    is_seen = region & (np.abs(levels - color).max(2) <= SOFTNESS.alike)
+    is_seen = region & (largest_channel(np.abs(levels - color)) <= SOFTNESS.alike)
     return Ground(color, below, True, area, is_seen, region)
 
 
@@ -163,5 +158,5 @@ def _graded(levels: Floats, area: Mask, region: Mask) -> Ground | None:
     y, x = np.indices(area.shape)
     below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
     color = np.median(below[rows, columns], axis=0)
-    is_seen = region & (np.abs(levels - below).max(2) <= SOFTNESS.alike)
+    is_seen = region & (largest_channel(np.abs(levels - below)) <= SOFTNESS.alike)
     return Ground(color, below, False, area, is_seen, region)

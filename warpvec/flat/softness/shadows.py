@@ -23,6 +23,7 @@ from warpvec.flat.softness.grounds import Ground, find_cards, find_grounds, find
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone
 from warpvec.flat.softness.spots import find_spot
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
+from warpvec.image.spread import largest_channel
 from warpvec.svg.quantize import OPACITY_DECIMALS
 
 
@@ -162,7 +163,7 @@ def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, F
         spot = find_spot(Zone(change, ground.deviation, is_bare))
         if spot is None or spot[1].unexplained <= most:
             return None if spot is None else (whole, *spot)
-        rest = np.abs(change - spot[1].shade_of(spot[0], ground.deviation)).max(2)
+        rest = largest_channel(np.abs(change - spot[1].shade_of(spot[0], ground.deviation)))
         is_off = is_bare & (rest > SOFTNESS.jump)
         if is_off.sum() > SOFTNESS.spot_off * (is_bare & ~ground.is_seen).sum():
             return None
@@ -189,7 +190,7 @@ def _unshaded(
     clean = levels - (1.0 - covered[..., None]) * shade
     edge = near & ~casters & ground.region
     clean[edge] = _mixed_again(levels, ground.below, shade, casters & (plateaus > 0), edge)
-    is_alike = np.abs(clean - ground.below).max(2) <= 3.0 * SOFTNESS.alike
+    is_alike = largest_channel(np.abs(clean - ground.below)) <= 3.0 * SOFTNESS.alike
     clear = ~near & ground.region & (ground.is_seen | is_alike)
     clean[clear] = ground.below[clear]
     return clean

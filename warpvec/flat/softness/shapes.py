@@ -25,6 +25,7 @@ from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
+from warpvec.image.spread import largest_channel
 from warpvec.rendering.draw import draw_exactly
 
 
@@ -38,7 +39,7 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
     if len(ground) > 3 or not shadow.ground.is_flat:  # a transparent ground is never painted
         return is_gap
     most = 3.0 * SOFTNESS.alike / 255.0  # the picture without the shadow is not known better
-    apart = np.abs(shadow.clean[..., :3] - ground).max(2)
+    apart = largest_channel(np.abs(shadow.clean[..., :3] - ground))
     is_like = (shapes.color - torch.from_numpy(ground).to(shapes.color)).abs().amax(1) <= most
     for k in is_like.nonzero().flatten().tolist():
         cover = _coverage(shapes.select(torch.tensor([k])), height, width, threads)

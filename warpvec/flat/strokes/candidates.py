@@ -12,7 +12,7 @@ from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import control_points, cubic_points, segment_loops
 from warpvec.flat.simplification.path_removal import loop_areas
 from warpvec.flat.strokes.center_lines import center_lines, join_of
-from warpvec.flat.strokes.inner_disks import boundary_of, inner_disks, stroke_width
+from warpvec.flat.strokes.inner_disks import boundary_of, inner_disks, may_have_width, stroke_width
 from warpvec.flat.strokes.line_fitting import Rows, fit_line
 from warpvec.flat.strokes.stroke import Stroke
 from warpvec.geometry.paints.registry import FLAT
@@ -114,7 +114,7 @@ def _contains(polygon: Floats, place: Floats) -> bool:
 def _part(control: Floats, loop: Integers, areas: Floats, loops: list[int]) -> _Part:
     """Return what is known of the part with these ``loops``."""
     boundary = boundary_of(control[np.isin(loop, loops)], float(areas[loops[0]]))
-    if len(boundary.points) < STROKES.points_min:
+    if len(boundary.points) < STROKES.points_min or not may_have_width(boundary):
         return _Part(loops, [])
     disks = inner_disks(boundary)
     width, has_width = stroke_width(boundary, disks)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask, counted
+from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
 
@@ -56,12 +56,21 @@ def boundary_of(control: Floats, area: float) -> Boundary:
     return Boundary(points, inward, speed / counts[row])
 
 
-def inner_disks(boundary: Boundary) -> Disks:
-    """Return the largest disk inside the shape at each point."""
+def may_have_width(boundary: Boundary) -> bool:
+    """Return whether an outline may be that of a stroke, by the disks at some of its points."""
+    some = np.arange(0, len(boundary.points), STROKES.glance_gap)
+    if len(some) < STROKES.glance_points_min:
+        return True
+    disks, lengths = inner_disks(boundary, some), boundary.lengths[some]
+    return _common_width(disks.radii[some], lengths)[1] >= STROKES.glance_share_min
+
+
+def inner_disks(boundary: Boundary, at: Integers | None = None) -> Disks:
+    """Return the largest disk inside the shape at each point; only those at the points ``at`` [M] if they are given."""
     points, inward = boundary.points, boundary.inward
     tree = cKDTree(points)
     radii = np.full(len(points), float(np.ptp(points, axis=0).max()) / 2.0 + 1.0)
-    active = np.arange(len(points))
+    active = np.arange(len(points)) if at is None else at
     for _ in range(STROKES.disk_rounds):
         centers = points[active] + radii[active, None] * inward[active]
         distance, nearest = tree.query(centers)
@@ -81,15 +90,20 @@ def stroke_width(boundary: Boundary, disks: Disks) -> tuple[float, Mask]:
 
     The width is the median of those that differ least from it: the most common one. It is 0 if no width is common.
     """
-    width = 2.0 * disks.radii
+    common, share = _common_width(disks.radii, boundary.lengths)
+    error = max(STROKES.center_error * common, STROKES.center_error_min)
+    return (common if share >= STROKES.width_share_min else 0.0), np.abs(2.0 * disks.radii - common) <= error
+
+
+def _common_width(radii: Floats, lengths: Floats) -> tuple[float, float]:
+    """Return the most common width of disks of ``radii`` [K], and the share of the ``lengths`` [K] that has it."""
+    width = 2.0 * radii
     order = np.argsort(width)
-    total = np.cumsum(boundary.lengths[order])
+    total = np.cumsum(lengths[order])
     low = np.searchsorted(width[order], width[order] * (1.0 - STROKES.width_error))
     within = total - np.concatenate([[0.0], total])[low]
     best = int(np.argmax(within))
     chosen = order[low[best] : best + 1]
     common = float(np.median(width[chosen]))
     has_width = np.abs(width - common) <= STROKES.width_error * common
-    share = float(boundary.lengths[has_width].sum() / max(boundary.lengths.sum(), 1e-9))
-    error = max(STROKES.center_error * common, STROKES.center_error_min)
-    return (common if share >= STROKES.width_share_min else 0.0), np.abs(width - common) <= error
+    return common, float(lengths[has_width].sum() / max(lengths.sum(), 1e-9))

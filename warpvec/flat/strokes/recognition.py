@@ -126,7 +126,7 @@ class _Judge:
     def verdict(self, drawn: Scene, strokes: dict[int, Stroke], detail: float) -> _Verdict:
         """Return what the picture says of the ``strokes``, by generation, as they are in ``drawn``."""
         loop, replaced, rise = segment_loops(self.scene), self._replaced(strokes), self.critic.error(drawn) - self.error
-        moved = {path: self._moved(rise, rows) for path, rows in replaced.items()}
+        moved = self._moved(rise, replaced)
         most = {path: STROKES.cost_share_max * _fill_cost(self.scene, rows, loop) for path, rows in replaced.items()}
         short = {path for path in replaced if strokes[path].cost <= most[path]}
         return _Verdict(
@@ -147,11 +147,19 @@ class _Judge:
             if generation in strokes
         }
 
-    def _moved(self, rise: Floats32, rows: Mask) -> float:
-        """Return how far the outlines of ``rows`` [R] seem to have moved, as a root mean square in pixels."""
-        points = self.samples.control[rows].reshape(-1, 2)
-        found = errors_in_boxes(rise, points.min(0)[None], points.max(0)[None])
-        return self.critic.detail_of(self.samples.worth[rows].sum(), float(found[0]), SIMPLIFICATION.whole_noise)
+    def _moved(self, rise: Floats32, replaced: dict[int, Mask]) -> dict[int, float]:
+        """Return how far the outlines of the rows [R] of each path seem to have moved, as a root mean square in pixels.
+
+        Args:
+            rise: by how much the squared error of each pixel rose [h, w].
+            replaced: rows of each path, by its generation.
+        """
+        points = [self.samples.control[rows].reshape(-1, 2) for rows in replaced.values()]
+        low, high = (np.array([side(each, axis=0) for each in points]) for side in (np.min, np.max))
+        found = errors_in_boxes(rise, low, high).tolist()
+        worth = (self.samples.worth[rows].sum() for rows in replaced.values())
+        details = (self.critic.detail_of(*each, SIMPLIFICATION.whole_noise) for each in zip(worth, found, strict=True))
+        return dict(zip(replaced, details, strict=True))
 
     def _farthest(self, rise: Floats32, rows: Mask) -> float:
         """Return how far the one of ``rows`` [R] that has moved most seems to have, as `_moved` does."""
