@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 from scipy import ndimage
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Floats32
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.curves.contours import interpolated_contours
 
@@ -29,33 +29,33 @@ def fine_coverage(coverage: Floats) -> Floats:
 
     Almost all sub-pixels are full or empty.
     """
-    fine = np.clip(_enlarged(coverage), 0.0, 1.0)
+    whole = coverage.astype(np.float32)  # doubles would take twice the time
+    fine = np.clip(_enlarged(whole), 0.0, 1.0)
     pixels = fine.reshape(len(coverage), LETTERING.fineness, -1, LETTERING.fineness).transpose(0, 2, 1, 3)
-    is_mixed = (coverage > 0.0) & (coverage < 1.0)
-    pixels[~is_mixed] = coverage[~is_mixed, None, None]  # a view of ``fine``
-    share = coverage[is_mixed][:, None]
+    is_mixed = (whole > 0.0) & (whole < 1.0)
+    pixels[~is_mixed] = whole[~is_mixed, None, None]  # a view of ``fine``
+    share = whole[is_mixed][:, None]
     for _ in range(LETTERING.rounds):
         around = _surroundings(fine).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
         pixels[is_mixed] = _filled(around.reshape(len(share), -1), share).reshape(around.shape)
-    return fine
+    return fine.astype(np.float64)
 
 
-def _enlarged(values: Floats) -> Floats:
+def _enlarged(values: Floats32) -> Floats32:
     """Return ``values`` [h, w] interpolated at the sub-pixels of their pixels [f h, f w]."""
     height, width = values.shape
     size = LETTERING.fineness * width, LETTERING.fineness * height
-    image = Image.fromarray(values.astype(np.float32)).resize(size, Image.Resampling.BICUBIC)
-    return np.asarray(image, np.float64)
+    return np.asarray(Image.fromarray(values).resize(size, Image.Resampling.BICUBIC))
 
 
-def _surroundings(fine: Floats) -> Floats:
+def _surroundings(fine: Floats32) -> Floats32:
     """Return how much ink is around each sub-pixel of ``fine`` [f h, f w], and along its row and column."""
     near = ndimage.gaussian_filter(fine, LETTERING.near)
     along = (ndimage.uniform_filter1d(fine, LETTERING.along, axis) for axis in (0, 1))
-    return np.asarray((1.0 - LETTERING.along_share) * near + LETTERING.along_share / 2.0 * sum(along))
+    return np.asarray((1.0 - LETTERING.along_share) * near + LETTERING.along_share / 2.0 * sum(along), np.float32)
 
 
-def _filled(around: Floats, share: Floats) -> Floats:
+def _filled(around: Floats32, share: Floats32) -> Floats32:
     """Return the ink [n, f f] of the sub-pixels of n pixels, most where most is ``around`` [n, f f].
 
     Its mean in each pixel is ``share`` [n, 1]. The level that parts ink from none is found by halving.
@@ -70,5 +70,5 @@ def _filled(around: Floats, share: Floats) -> Floats:
     return _ink(around, (low + high) / 2.0)
 
 
-def _ink(around: Floats, level: Floats) -> Floats:
+def _ink(around: Floats32, level: Floats32) -> Floats32:
     return np.clip(0.5 + LETTERING.steepness * (around - level), 0.0, 1.0)
