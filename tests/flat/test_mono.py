@@ -13,6 +13,7 @@ from warpvec.errors import InputError
 from warpvec.flat import mono
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.mono import mono_tracing
+from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
@@ -145,3 +146,14 @@ def test_small_letters_of_a_scan_keep_their_strokes() -> None:
     tracing = mono_tracing(np.repeat(gray[..., None], 3, 2))
     traced = draw(write_svg(tracing.scene, 100, 100), 400, 400)
     assert _overlap(traced, clean) > 0.75
+
+
+def test_long_side_of_a_bar_of_two_levels_is_a_line() -> None:
+    picture = np.full((110, 120, 3), 255, np.uint8)
+    picture[20:93, 30:32] = picture[94:96, 30:32] = picture[92:100, 10:30] = 0  # a door, not quite at the wall
+    angle = np.linspace(0.0, 1.4, 2000)
+    picture[(100 - 80 * np.cos(angle)).astype(int), (30 + 80 * np.sin(angle)).astype(int)] = 0
+    scene = mono_tracing(picture).scene
+    curves = whole_curves(scene)[:, [0, 3]]
+    is_side = ((curves[..., 0] - 32.0).abs() < 0.05).all(1) & ((curves[:, 0] - curves[:, 1]).norm(dim=1) > 60.0)
+    assert (is_side & scene.structure.lines).sum() == 1

@@ -170,3 +170,20 @@ def _area(scene: Scene) -> float:
     """Return twice the area of the polygon of all control points, which has the sign of the direction."""
     x, y = scene.segments.reshape(-1, 2).T
     return float((x * y.roll(-1) - y * x.roll(-1)).sum())
+
+
+def test_hair_at_the_end_of_a_stem_goes():
+    image = picture(drawing((BLACK, [rectangle(10, 10, 12, 40)])))
+    scene = drawing((BLACK, [straight((10, 10), (12, 10), (12, 40), (10.12, 40), (10, 41.5))]))
+
+    found = regularize(scene, Critic(image, CONFIG), Watch())
+
+    assert float(found.segments[..., 1].max()) < 40.1
+
+
+def test_tip_that_the_picture_shows_stays():
+    scene = drawing((BLACK, [straight((10, 10), (14, 10), (12, 40))]))
+
+    found = regularize(scene, Critic(picture(scene), CONFIG), Watch())
+
+    assert float(found.segments[..., 1].max()) == pytest.approx(40.0, abs=0.1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -72,8 +73,9 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
-    is_clean, is_sharp = False, False
+    is_clean, is_sharp, straight_min = False, False, math.inf
     if has_two_levels(coverage):
+        straight_min = MONO.straight_min
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = staircase_outlines(coverage)
     else:
@@ -91,7 +93,7 @@ def mono_tracing(
         scale = 1.0 / max(blur, 1.0)  # corners are as round as the blur is wide, and a later fit undoes it
     else:
         scale = 1.0 if is_sharp else MONO.soft_scale
-    fitted = _fitted(kept, tolerance, scale, watch)
+    fitted = _fitted(kept, tolerance, scale, watch, straight_min)
     left_out = len(outlines) - len(fitted)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)
 
@@ -173,14 +175,14 @@ def _noise(coverage: Floats) -> float:
     return float(1.4826 * np.median(np.abs(mixed)) / 2)
 
 
-def _fitted(outlines: list[Floats], tolerance: float, scale: float, watch: Watch) -> list[Curves]:
+def _fitted(outlines: list[Floats], tolerance: float, scale: float, watch: Watch, straight_min: float) -> list[Curves]:
     """Return the curves of ``outlines``, fitted at ``scale``, or of the first of them once the ``watch`` is over."""
     fitted: list[Curves] = []
     for first in range(0, len(outlines), MONO.outlines_at_once):
         if fitted and watch.is_over():
             break
         some = outlines[first : first + MONO.outlines_at_once]
-        fitted += fit_enlarged(some, [scale] * len(some), tolerance)
+        fitted += fit_enlarged(some, [scale] * len(some), tolerance, straight_min=straight_min)
     return fitted
 
 

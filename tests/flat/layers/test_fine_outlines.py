@@ -29,6 +29,16 @@ def test_hole_of_a_small_ring_stays_open() -> None:
     assert outer * inner < 0
 
 
+@pytest.mark.parametrize(("radius", "width"), [(4.2, 1.5), (5.0, 1.2), (3.3, 1.7)])
+def test_outlines_of_a_thin_ring_are_round(radius: float, width: float) -> None:
+    edges = [radius + side * width for side in (0.5, -0.5)]
+    large, small = (coverage(disc(12.3, 11.8, edge), 24, 24) for edge in edges)
+    loops = sorted(fine_contours_of(large - small), key=lambda loop: -abs(signed_area(loop)))
+    for loop, edge in zip(loops, edges, strict=True):
+        off = np.hypot(*(loop - (12.3, 11.8)).T) - edge
+        assert np.sqrt((off**2).mean()) < 0.02
+
+
 @pytest.mark.parametrize("columns", [[0.8, 0.3], [0.5, 0.5]])
 def test_the_sides_of_a_stem_are_lines(columns: list[float]) -> None:
     covered = np.zeros((16, 8))

@@ -148,6 +148,17 @@ class CurveConstants:
     span_points_max: int = 32
     """Points of the outline that a piece is compared with."""
 
+    # Long straight runs (curves/straight_runs.py)
+
+    run_error: float = 1e-3
+    """Pixels by which samples of a level or upright run differ: between pixels of two levels they are exact."""
+
+    run_look: float = 4.0
+    """Pixels beyond an end of a run that tell whether a corner is there: steps of a circle go on along it."""
+
+    run_bent_max: float = 6.0
+    """Pixels of a run that a curve may take, as nodes lie beside its ends."""
+
     # Cubics closest to points (curves/cubic_fitting.py)
 
     quick_plan: tuple[int, float] = (3, 3.0)

@@ -39,6 +39,10 @@ class MonoConstants:
     long_edge: int = 4
     """Pixels of a level or upright edge, in a picture of two levels, from which a corner beside it is meant."""
 
+    straight_min: float = 16.0
+    """Pixels of a level or upright run in a picture of two levels, beside a corner, that must become a line: a curve
+    within the tolerance bows by half a pixel, as the leaf of the door in plan_1bit did."""
+
     staircase_tolerance: float = 0.4
     """Tolerance in pixels for pictures of two levels: an edge may lie anywhere within a pixel of a staircase. With 0.5,
     plan_1bit has a fifth fewer segments, but its letters of 12 px get spindles for stems."""

@@ -168,6 +168,21 @@ class SimplificationConstants:
     """Largest angle by which the tangent of a smooth node turns to be level or upright, and the largest move of a
     handle in pixels by that."""
 
+    # Spikes (simplification/spikes.py)
+
+    spike_width: float = 1 / 3
+    spike_slimness: float = 1.5
+    spike_length: float = 0.5
+    """A spike is a corner whose sides are up to so many pixels apart, at that many times this distance from its tip,
+    and that goes on so far, in pixels, at least. A corner of 37 degrees has the second number. The tip of a star is
+    one too, but the picture shows it."""
+
+    spike_step: float = 0.125
+    spike_samples: int = 24
+    spike_share_max: float = 0.9
+    """Pixels between the places along both sides of a corner where its width is measured, their number, and the share
+    of each side that may go."""
+
     # Level, upright and parallel lines (simplification/straight_lines.py)
 
     line_turn_max: float = 3.0

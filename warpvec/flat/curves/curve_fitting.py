@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -13,6 +14,7 @@ from warpvec.flat.curves.cycle_search import cheapest_cycle
 from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
 from warpvec.flat.curves.piece_joining import Pieces, join_pieces, rough_pieces
 from warpvec.flat.curves.span_costs import span_costs
+from warpvec.flat.curves.straight_runs import straight_samples
 from warpvec.watch.watch import UNWATCHED, Watch
 
 Curves = tuple[Floats, Mask]
@@ -20,14 +22,18 @@ Curves = tuple[Floats, Mask]
 
 
 def fit_loops(
-    loops: Sequence[Floats], tolerance: float | Floats = CURVES.tolerance, watch: Watch = UNWATCHED
+    loops: Sequence[Floats],
+    tolerance: float | Floats = CURVES.tolerance,
+    watch: Watch = UNWATCHED,
+    straight_min: float | Floats = math.inf,
 ) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2].
 
     The pieces of a loop are those of the cheapest cycle through nodes along it (`find_nodes`): few pieces, lines
     rather than cubics, each within ``tolerance`` pixels (one, or one for each loop) of the outline, and few kinks where
     it is smooth. A rough outline, such as that of a compressed picture, has a larger tolerance. Once the ``watch`` is
-    over, the pieces are short, and only roughly smooth, and no outline counts as rough.
+    over, the pieces are short, and only roughly smooth, and no outline counts as rough. Level and upright runs of at
+    least ``straight_min`` pixels, one or one for each loop, are lines; see `straight_samples`.
     """
     if not loops:
         return []
@@ -36,7 +42,8 @@ def fit_loops(
     nodes = find_nodes(samples, is_late)
     noise = np.zeros(len(loops)) if is_late else roughness(samples)
     allowed = np.maximum(tolerance, np.minimum(CURVES.noise_factor * noise, CURVES.noise_tolerance_max))
-    spans = span_costs(samples, nodes, allowed, watch)
+    is_straight = straight_samples(samples, np.broadcast_to(straight_min, len(loops)))
+    spans = span_costs(samples, nodes, allowed, watch, is_straight)
     loops_of_nodes = list(pairwise(nodes.first))
     if watch.is_over() and np.isinf(spans.cost[:, 1:]).all():  # no piece is longer than from a node to the next
         cycles = [np.arange(first, stop) for first, stop in loops_of_nodes]
@@ -53,14 +60,15 @@ def fit_enlarged(
     scales: Sequence[float],
     tolerance: float | Floats = CURVES.tolerance,
     watch: Watch = UNWATCHED,
+    straight_min: float = math.inf,
 ) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2], fitted as if it were so many times larger.
 
-    Its corners and bends may then be closer to each other. The ``tolerance``, one or one for each, is in pixels of the
-    given polylines.
+    Its corners and bends may then be closer to each other. The ``tolerance``, one or one for each, and
+    ``straight_min`` are in pixels of the given polylines.
     """
     larger = [scale * loop for scale, loop in zip(scales, loops, strict=True)]
-    fits = fit_loops(larger, tolerance * np.array(scales), watch)
+    fits = fit_loops(larger, tolerance * np.array(scales), watch, straight_min * np.array(scales))
     return [(segments / scale, is_line) for (segments, is_line), scale in zip(fits, scales, strict=True)]
 
 

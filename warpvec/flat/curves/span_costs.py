@@ -11,6 +11,7 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.flat.curves.outline_nodes import Nodes, Samples
+from warpvec.flat.curves.straight_runs import straight_counts
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -33,9 +34,12 @@ class Places(NamedTuple):
     parameters: Floats
 
 
-def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats, watch: Watch = UNWATCHED) -> SpanCosts:
+def span_costs(
+    samples: Samples, nodes: Nodes, tolerance: Floats, watch: Watch = UNWATCHED, is_straight: Mask | None = None
+) -> SpanCosts:
     """Return the costs of pieces that stay within ``tolerance`` pixels [L] of each outline.
 
+    Only lines may replace outlines that are straight on purpose; ``is_straight`` says which samples [M] are.
     Once the ``watch`` is over, no longer pieces are tried; at first only those from each node to the next.
     """
     loop = np.repeat(np.arange(len(nodes.first) - 1), np.diff(nodes.first))
@@ -52,7 +56,7 @@ def span_costs(samples: Samples, nodes: Nodes, tolerance: Floats, watch: Watch =
         start, steps = start[is_tried], steps[is_tried]
         if not len(start) or (length > 1 and watch.is_over()):
             break
-        distance = _try(samples, nodes, loop, start, steps, tolerance[loop], spans)
+        distance = _try(samples, nodes, loop, start, steps, tolerance[loop], spans, is_straight)
         active = np.unique(start[distance < CURVES.span_alive * tolerance[loop[start]]])
     forced = np.isinf(spans.cost[:, 0])
     spans.cost[forced, 0], spans.is_line[forced, 0] = CURVES.forced_cost, True
@@ -93,7 +97,7 @@ def places_between(samples: Samples, nodes: Nodes, start: Integers, end: Integer
 
 def _try(
     samples: Samples, nodes: Nodes, loop: Integers, start: Integers, steps: Integers, tolerance: Floats,
-    spans: SpanCosts,
+    spans: SpanCosts, is_straight: Mask | None,
 ) -> Floats:  # fmt: skip
     """Enter the costs of the pieces from ``start`` that are ``steps`` nodes long, and return their distances."""
     first, count = nodes.first[loop[start]], np.diff(nodes.first)[loop[start]]
@@ -106,6 +110,10 @@ def _try(
     curved = np.nonzero(~(line_cost < CURVES.cubic_cost))[0]
     part = Places(places.start[curved], places.end[curved], places.points[curved], places.parameters[curved])
     cubic_cost, cubic_distance = _cubic_costs(nodes, part, tolerance)
+    if is_straight is not None and is_straight.any():
+        rows = start[curved]
+        straight = straight_counts(is_straight, samples, loop[rows], nodes.sample[rows], reach[curved])
+        cubic_cost[straight * samples.step[loop[rows]] > CURVES.run_bent_max] = np.inf
     cost[curved] = np.minimum(line_cost[curved], cubic_cost)
     distance[curved] = np.minimum(line_distance[curved], cubic_distance)
     spans.cost[start, steps - 1] = cost

@@ -16,6 +16,7 @@ from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.simplification.path_removal import loop_areas
 from warpvec.flat.simplification.rounded_corners import rounded_corners
+from warpvec.flat.simplification.spikes import without_spikes
 from warpvec.flat.simplification.straight_lines import Lines, regular_anchors
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
@@ -25,10 +26,10 @@ from warpvec.watch.watch import Watch
 def regularize(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> Scene:
     """Return ``scene`` with regular forms where the exact error hardly rises.
 
-    Circles and ellipses become four arcs. Lines become level, upright, parallel and aligned, and their corners right.
-    Rounded corners become arcs, with equal radii in a loop. The tangents of smooth nodes become level or upright. Each
-    change is taken back where the squared error near it rises by more than an outline costs that moves by half of
-    ``detail``.
+    Circles and ellipses become four arcs. Spikes that show nothing go. Lines become level, upright, parallel and
+    aligned, and their corners right. Rounded corners become arcs, with equal radii in a loop. The tangents of smooth
+    nodes become level or upright. Each change is taken back where the squared error near it rises by more than an
+    outline costs that moves by half of ``detail``.
 
     Args:
         scene: a scene of cubics, fitted to the image.
@@ -41,7 +42,7 @@ def regularize(scene: Scene, critic: Critic, watch: Watch, detail: float = FitCo
     allowed = SIMPLIFICATION.regular_share * detail
     samples = critic.samples(scene)
     scene = accepted_loops(scene, _ellipses(scene, samples), critic, samples, allowed)
-    for change in (_with_regular_lines, _with_rounded_corners, _with_level_tangents):
+    for change in (without_spikes, _with_regular_lines, _with_rounded_corners, _with_level_tangents):
         if watch.is_over():
             break
         samples = critic.samples(scene)
