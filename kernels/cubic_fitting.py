@@ -1,18 +1,18 @@
 """Cubics with given ends that are closest to rows of points."""
 
-from functools import cache
 from types import SimpleNamespace
 
 import warp as wp
 
 from warpvec.kernels import bezier
 from warpvec.kernels.lanes import bundle, make_lanes, unit
+from warpvec.kernels.making import made_once
 from warpvec.kernels.vectors import vec2
 
 real = wp.float64
 
 
-@cache
+@made_once
 def make_kernels() -> SimpleNamespace:
     """Return ``fit_rows``."""
     module = unit("cubic_fitting")
