@@ -31,7 +31,7 @@ def few_points_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 LOOPS = [gear(5.0 + index % 7, 30.0 * index) for index in range(40)]
-OUTLINES = [Outline(loop, is_fine=False) for loop in LOOPS]
+OUTLINES = [Outline(loop) for loop in LOOPS]
 
 
 def test_the_longest_outlines_are_fitted_before_the_time_is_over() -> None:

@@ -89,10 +89,10 @@ def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -
 
 def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
     """Return the curves of ``loops``. Those of thin parts are fitted as if they were larger."""
-    scales = [LETTERING.scale if loop.is_fine else 1.0 for loop in loops]
-    is_dot = np.array([loop.is_fine and np.ptp(loop.points, 0).max() < LETTERING.dot_side for loop in loops], bool)
-    tolerances = np.where(is_dot, tolerance / LETTERING.scale, tolerance)
-    return fit_enlarged([loop.points for loop in loops], scales, tolerances, watch)
+    scales = np.array([loop.scale for loop in loops])
+    is_dot = np.array([np.ptp(loop.points, 0).max() < LETTERING.dot_side for loop in loops], bool)
+    tolerances = np.where(is_dot, tolerance / scales, tolerance)
+    return fit_enlarged([loop.points for loop in loops], scales.tolist(), tolerances, watch)
 
 
 def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:

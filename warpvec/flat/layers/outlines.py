@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import NamedTuple
 
+import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats
@@ -25,11 +26,12 @@ class Outline(NamedTuple):
 
     Attributes:
         points: [n, 2] in pixels, x right, y down; holes run the other way.
-        is_fine: whether it was found on a grid finer than pixels, around a thin part.
+        scale: enlargement at which curves are fitted to it: above 1 if it was found on a grid finer than pixels, around
+            a thin part.
     """
 
     points: Floats
-    is_fine: bool
+    scale: float = 1.0
 
 
 def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED) -> list[Outline]:
@@ -59,4 +61,12 @@ def _outlines_of_part(regions: Regions, members: Collection[int], above: Collect
     if cover.above.any() and not is_fine:
         shows = ndimage.maximum_filter(cover.shown, 3) >= CURVES.contour_level
         loops = [with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops]
-    return [Outline(loop + cover.corner, is_fine) for loop in loops if abs(signed_area(loop)) >= area_min]
+    scale = _scale_of(loops, float(cover.coverage.sum())) if is_fine else 1.0
+    return [Outline(loop + cover.corner, scale) for loop in loops if abs(signed_area(loop)) >= area_min]
+
+
+def _scale_of(loops: list[Floats], area: float) -> float:
+    """Return the enlargement for the outlines of a thin part of this ``area``, by its mean width."""
+    length = sum(float(np.hypot(*(loop - np.roll(loop, 1, 0)).T).sum()) for loop in loops)
+    is_wide = 2.0 * area > LETTERING.wide * length
+    return LETTERING.wide_scale if is_wide else LETTERING.scale
