@@ -154,7 +154,8 @@ def test_every_kernel_has_a_row() -> None:
         "__init__ adan capacity bezier constants thread_pool edges gradients index_lanes lanes real_lanes reductions "
         "stops stroking stroking_adjoint vectors "  # those of strokes and stops do nothing in the scenes that it times
         "pixel_slopes "  # of steps of Gauss-Newton, which it does not time
-        "softening softening_adjoint"  # of soft paths, which its scenes do not have
+        "softening softening_adjoint "  # of soft paths, which its scenes do not have
+        "making similarity"  # of no step
     )
     fit_steps = set(import_module("cubins").FIT_STEPS)  # of exact fits, which it does not time
     stems = (

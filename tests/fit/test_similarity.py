@@ -10,7 +10,7 @@ from torch import Tensor
 
 from warpvec.config.presets import make_config
 from warpvec.fit.loop import fit
-from warpvec.fit.similarity import Similarity
+from warpvec.fit.similarity import ScaleSimilarity, Similarity
 from warpvec.fit.state import Saving, State
 from warpvec.image.metrics import SSIM_WINDOW, ssim
 from warpvec.rendering.draw import draw_pixels
@@ -60,6 +60,15 @@ def test_the_shift_has_the_adjoint_of_measured_similarity(
             each[row, column, channel] += sign * step
         high, low = (weighted_similarity(each, target, scale_count) for each in moved)
         assert float(adjoint[row, column]) == pytest.approx((high - low) / (2.0 * step), rel=1e-5, abs=1e-10)
+
+
+@pytest.mark.parametrize(("height", "width"), [(7, 7), (16, 9), (23, 40), (4, 11), (55, 130)])
+def test_the_kernel_does_what_torch_does(height: int, width: int) -> None:
+    generator = torch.Generator().manual_seed(width)
+    target, image = torch.rand(2, height, width, generator=generator)
+    similarity, weight = ScaleSimilarity(target), torch.tensor(WEIGHT)
+    found, wanted = similarity.shift(image, weight), similarity.shift_by_torch(image, weight)
+    torch.testing.assert_close(found, wanted, rtol=1e-4, atol=1e-5 * float(wanted.abs().max()))
 
 
 def textured(height: int, width: int) -> Tensor:

@@ -11,15 +11,21 @@ The weight w is a constant times the present mean squared error E. So the sum ha
 (1 - SSIM), times E: one SSIM is worth as many decibels in every photo, whether its error is small or large.
 
 The renderer's fused step takes such a shift in for next to nothing. It changes slowly, so it is computed only once in
-``schedule.SHIFT_GAP`` iterations.
+``schedule.SHIFT_GAP`` iterations: on the CPU by ``kernels/similarity.py``, on a GPU by torch.
 """
 
 from __future__ import annotations
 
+import torch
+import warp as wp
 from torch import Tensor
 from torch.nn.functional import avg_pool2d, pad
 
 from warpvec.image.metrics import SSIM_C1, SSIM_C2, SSIM_WINDOW
+from warpvec.kernels.constants import TILE
+from warpvec.kernels.lanes import make_lanes
+from warpvec.kernels.similarity import BAND, ROOM, make_kernels
+from warpvec.rendering.launch import Launcher, as_warp
 
 SCALE_COUNT = 5
 """Scales at most. kodim05, 13 and 23 at 512 paths, with a weight of 0.7: five scales give 26.03 to 26.08 dB and LPIPS
@@ -45,7 +51,7 @@ class Similarity:
             if SSIM_WINDOW * 2 ** len(scales) > WINDOW_SIDES * side:
                 break
             scales.append(_halved(scales[-1]))
-        self._scales = [_ScaleSimilarity(gray) for gray in scales]
+        self._scales = [ScaleSimilarity(gray) for gray in scales]
 
     def shift(self, image: Tensor, weight: Tensor) -> Tensor:
         """Return the shift [h, w] of the target for an ``image`` [h, w, 3], with the weight w of each scale."""
@@ -68,7 +74,7 @@ def _halved(gray: Tensor) -> Tensor:
     return avg_pool2d(gray[None], 2)[0]
 
 
-class _ScaleSimilarity:
+class ScaleSimilarity:
     """SSIM of grey images with a ``target`` [h, w], in windows as in `warpvec.image.metrics.ssim`.
 
     The sum over the windows is divided by h w, although there are no windows at the border: sizes stay comparable. At
@@ -86,6 +92,27 @@ class _ScaleSimilarity:
 
     def shift(self, gray: Tensor, weight: Tensor) -> Tensor:
         """Return the shift [h, w] of the target for a ``gray`` image [h, w], with the weight w."""
+        return self.shift_by_torch(gray, weight) if gray.is_cuda else self._shift_by_kernel(gray.contiguous(), weight)
+
+    def _shift_by_kernel(self, gray: Tensor, weight: Tensor) -> Tensor:
+        """Return the shift on the CPU, where each operation of torch reads and writes whole images."""
+        lanes = make_lanes(TILE, wp.dtype_from_torch(gray.dtype))
+        (height, width), (rows, columns), real = gray.shape, self._window, lanes.dtype
+        kernels, band_count = make_kernels(lanes), -(-height // BAND)
+        room = as_warp(gray.new_empty(band_count * ROOM * width), real)
+        slopes = as_warp(gray.new_empty(3 * self._mean.numel()), real)
+        shift = torch.empty_like(gray)
+        pixels = [as_warp(values, real) for values in (gray, self._target)]
+        windows = [as_warp(values, real) for values in (self._mean, self._variance)]
+        settings = [rows, columns, real(SSIM_C1), real(SSIM_C2), real(self._unbiased)]
+        launch = Launcher("cpu", 1)
+        launch(kernels.differentiate_windows, band_count, [*settings, *pixels, *windows, room, slopes])
+        factor = real(0.5 * float(weight) / self._area)
+        launch(kernels.spread_windows, band_count, [rows, columns, factor, *pixels, slopes, room, as_warp(shift, real)])
+        return shift
+
+    def shift_by_torch(self, gray: Tensor, weight: Tensor) -> Tensor:
+        """Return the shift on any device; ``kernels/similarity.py`` has the same formulas."""
         mean = self._means(gray)
         variance = self._means(gray.square()) - mean.square()
         covariance = self._means(gray * self._target) - mean * self._mean
