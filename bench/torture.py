@@ -55,12 +55,14 @@ def warm_up() -> None:
     import torch
 
     import warpvec
+    from warpvec.modes.precompile import compile_kernels
 
     torch.set_num_threads(1)
     photo = np.random.default_rng(0).integers(0, 256, (16, 24, 3), dtype=np.uint8)
     for settings in ({}, {"gradients": 2}, {"renderer": "splat", "samples": 8, "lines": 4}):
         text = warpvec.vectorize(photo, 8, iterations=3, threads=1, **settings).svg()
     warpvec.refine(photo, text, iterations=3, threads=1)
+    compile_kernels("cpu")
 
 
 def show(fault: Ended) -> None:
