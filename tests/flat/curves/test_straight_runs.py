@@ -37,3 +37,10 @@ def test_straight_samples_are_counted_around_a_loop() -> None:
     mask = np.arange(len(samples.xy)) < 5
     loop, start, reach = np.array([0, 0]), np.array([2, len(mask) - 4]), np.array([10, 6])
     assert straight_counts(mask, samples, loop, start, reach).tolist() == [3, 2]
+
+
+def test_steps_of_a_slanting_bar_are_no_straight_runs() -> None:
+    y, x = np.mgrid[:40, :200] + 0.5
+    bar = (np.abs(y - 20.0 - (x - 100.0) / 60.0) < 3.0) & (np.abs(x - 100.0) < 90.0)
+    samples = sample_loops([_outline(bar.astype(np.float64))])
+    assert not straight_samples(samples, LENGTH_MIN).any()

@@ -148,7 +148,7 @@ class CurveConstants:
     span_points_max: int = 32
     """Points of the outline that a piece is compared with."""
 
-    # Long straight runs (curves/straight_runs.py)
+    # Long straight runs (curves/straight_runs.py), in pixels of the outline, which may be enlarged
 
     run_error: float = 1e-3
     """Pixels by which samples of a level or upright run differ: between pixels of two levels they are exact."""

@@ -15,7 +15,8 @@ def straight_samples(samples: Samples, length_min: Floats) -> Mask:
     """Return which samples [M] lie on a level or upright run of at least ``length_min`` pixels [L] of their loop.
 
     A corner is at one of its ends at least: the top of a large circle is a long run too, but steps follow on both
-    sides.
+    sides. At neither end does the outline go on along it: at the cut end of a slanting line, the run between the
+    corner and the next step may be long.
     """
     found = np.zeros(len(samples.xy), bool)
     for loop, (start, stop) in enumerate(pairwise(samples.first)):
@@ -51,10 +52,23 @@ def _runs(xy: Floats, count: int, look: int) -> Mask:
             continue
         shift = int(np.flatnonzero(~is_level)[0])
         change = np.diff(np.concatenate([[0], np.roll(is_level, -shift).astype(np.int64), [0]]))
-        for first, last in zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0), strict=True):
-            ends = [(first, first - look), (last, last + look)]
-            aways = [xy[(far + shift) % len(xy)] - xy[(near + shift) % len(xy)] for near, far in ends]
-            is_corner = any(abs(away[axis]) > abs(away[1 - axis]) for away in aways)
-            if last - first >= count and is_corner:
-                found[(np.arange(first, last) + shift) % len(xy)] = True
+        begins, ends = ((np.flatnonzero(change == sign) + shift).tolist() for sign in (1, -1))
+        for first, last in zip(begins, ends, strict=True):
+            if last - first >= count and _is_meant(xy, first, last, axis, look):
+                found[np.arange(first, last) % len(xy)] = True
     return found
+
+
+def _is_meant(xy: Floats, first: int, last: int, axis: int, look: int) -> bool:
+    """Return whether the run of a loop [n, 2] from ``first`` to ``last``, level in ``axis``, is straight on purpose."""
+
+    def away(reach: int) -> Floats:
+        """Return how far the loop is from both ends of the run, ``reach`` samples beyond them [2, 2]."""
+        return xy[[(first - reach) % len(xy), (last + reach) % len(xy)]] - xy[[first % len(xy), last % len(xy)]]
+
+    # The next step of a slanting line is as far off as this one was long: half of that shows that it goes on.
+    near, far = away(look), away((last - first) // 2)
+    along = xy[last % len(xy), 1 - axis] - xy[first % len(xy), 1 - axis]
+    has_corner = (np.abs(near[:, axis]) > np.abs(near[:, 1 - axis])).any()
+    goes_on = (np.sign(along) * np.array([-1.0, 1.0]) * far[:, 1 - axis] > np.abs(far[:, axis])).any()
+    return bool(has_corner and not goes_on)
