@@ -39,6 +39,14 @@ def test_outlines_of_a_thin_ring_are_round(radius: float, width: float) -> None:
         assert np.sqrt((off**2).mean()) < 0.02
 
 
+@pytest.mark.parametrize("ink", [0.0, 1.0])
+def test_pixels_of_pure_ink_are_outlined_as_they_are(ink: float) -> None:
+    covered = np.zeros((8, 8))
+    covered[2:6, 3:5] = ink
+    areas = [abs(signed_area(loop)) for loop in fine_contours_of(covered)]
+    assert areas == pytest.approx([8.0] if ink else [], abs=0.1)
+
+
 @pytest.mark.parametrize("columns", [[0.8, 0.3], [0.5, 0.5]])
 def test_the_sides_of_a_stem_are_lines(columns: list[float]) -> None:
     covered = np.zeros((16, 8))

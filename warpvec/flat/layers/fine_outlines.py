@@ -37,7 +37,7 @@ def fine_coverage(coverage: Floats) -> Floats:
     share = whole[is_mixed][:, None]
     for _ in range(LETTERING.rounds):
         around = _surroundings(fine).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
-        pixels[is_mixed] = _filled(around.reshape(len(share), -1), share).reshape(around.shape)
+        pixels[is_mixed] = _filled(around.reshape(len(share), LETTERING.fineness**2), share).reshape(around.shape)
     return fine.astype(np.float64)
 
 
