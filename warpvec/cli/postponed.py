@@ -28,8 +28,8 @@ POSTPONED = frozenset({
 """Modules that take more than a hundredth of a second, and that their packages load without using them."""
 
 
-_TORCH_MAX = (2, 13)
-"""The last version of torch that was tried with postponed modules. Newer ones load all."""
+_LAST_KNOWN = {"torch": (2, 13), "scipy": (1, 17)}
+"""The last versions that were tried with what this module changes in them. Newer ones load as they are."""
 
 _COMPILERS = frozenset({"torch._dynamo", "torch._inductor"})
 """Torch's compilers. Before one is loaded, the postponed modules must have run."""
@@ -50,9 +50,9 @@ class _Finder(MetaPathFinder):
     ) -> ModuleSpec | None:
         if fullname in _COMPILERS:
             _load_now()
-        if fullname == _DOCUMENTED:
+        if fullname == _DOCUMENTED and _is_known("scipy"):
             return _with_loader(PathFinder.find_spec(fullname, path, target), _PlainDocs)
-        if fullname not in POSTPONED or (fullname.startswith("torch.") and not _is_known()):
+        if fullname not in POSTPONED or (fullname.startswith("torch.") and not _is_known("torch")):
             return None
         return _with_loader(PathFinder.find_spec(fullname, path, target), _Loader)
 
@@ -64,10 +64,10 @@ def _with_loader(spec: ModuleSpec | None, make: Callable[[Loader], Loader]) -> M
     return spec
 
 
-def _is_known() -> bool:
-    """Return whether torch, which is being imported, is of a known version."""
-    found = re.match(r"(\d+)\.(\d+)", str(getattr(sys.modules.get("torch"), "__version__", "")))
-    return found is not None and (int(found[1]), int(found[2])) <= _TORCH_MAX
+def _is_known(package: str) -> bool:
+    """Return whether a ``package``, which is being imported, is of a known version."""
+    found = re.match(r"(\d+)\.(\d+)", str(getattr(sys.modules.get(package), "__version__", "")))
+    return found is not None and (int(found[1]), int(found[2])) <= _LAST_KNOWN[package]
 
 
 def _load_now() -> None:
