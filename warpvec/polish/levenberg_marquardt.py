@@ -110,7 +110,7 @@ class LevenbergMarquardt:
     def steps(self, count: int, gain_min: float = GAIN_MIN, unseen: float = 0.0) -> Iterator[Evaluation]:
         """Yield each evaluation of the loss, at most ``count``, until the last steps gain less than ``gain_min``.
 
-        That is a share of the loss and what viewers of the file add to it anyway, ``unseen``.
+        ``gain_min`` is a share of the sum of the loss and ``unseen``, the error that viewers of the file add anyway.
         """
         yield self._here
         left, losses = count - 1, [self._here.loss]

@@ -45,13 +45,14 @@ class StrokeConstants:
     0.75 and more, blobs and letters with a contrast of thick and thin below 0.4."""
 
     glance_gap: int = 8
-    """Every how many points are looked at first: most shapes of flat art are no strokes, and these tell."""
+    """One point in so many is looked at first. Most shapes of flat art are no strokes, and a few points show it."""
 
     glance_points_min: int = 32
-    """Fewest such points that tell."""
+    """Least number of such points. Shapes with fewer are looked at as a whole at once."""
 
     glance_share_min: float = 0.4
-    """Least share of their outline at which their disks have one width, that of blobs."""
+    """Least share of the outline, by these points, at which the disks have one width. Blobs have less. Strokes have
+    0.75 and more, so that they pass although a few points measure the share roughly."""
 
     width_min: float = 1.5
     """Narrowest stroke in pixels. Thinner ones show no two sides."""
