@@ -45,9 +45,10 @@ class UndrawnPhoto(Photo):
 
 
 def reduced(image: Image.Image, side: int) -> Image.Image:
-    """Return ``image`` with a longest side of ``side`` px."""
-    scale = side / max(image.size)
-    return image.resize((round(scale * image.width), round(scale * image.height)), Resampling.LANCZOS)
+    """Return ``image`` with a longest side of at most ``side`` px."""
+    small = image.copy()
+    small.thumbnail((side, side), Resampling.LANCZOS)
+    return small
 
 
 def saved(image: Image.Image, format: str, **options: int) -> Image.Image:

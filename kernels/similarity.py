@@ -38,16 +38,16 @@ for (int value = 0; value < 3 * width; value += width)
         real* __restrict__ to = sum + value;
         for (int j = 0; j < across; ++j) to[j] += from[j];
     }}
-const real each = real(1) / real(rows * columns);
+const real count = real(rows * columns);
 const real* __restrict__ tm = target_mean.data + (long long)row * across;
 const real* __restrict__ tv = target_variance.data + (long long)row * across;
 real* __restrict__ by_one = slopes.data + (long long)row * across;
 real* __restrict__ by_square = by_one + plane;
 real* __restrict__ by_product = by_square + plane;
 for (int j = 0; j < across; ++j) {{
-    const real mean = sum[j] * each;
-    const real variance = sum[width + j] * each - mean * mean;
-    const real covariance = sum[2 * width + j] * each - mean * tm[j];
+    const real mean = sum[j] / count;
+    const real variance = sum[width + j] / count - mean * mean;
+    const real covariance = sum[2 * width + j] / count - mean * tm[j];
     const real luminance = real(2) * mean * tm[j] + c1;
     const real luminance_scale = mean * mean + tm[j] * tm[j] + c1;
     const real structure = real(2) * unbiased * covariance + c2;

@@ -25,7 +25,7 @@ from warpvec.image.metrics import SSIM_C1, SSIM_C2, SSIM_WINDOW
 from warpvec.kernels.constants import TILE
 from warpvec.kernels.lanes import make_lanes
 from warpvec.kernels.similarity import BAND, ROOM, make_kernels
-from warpvec.rendering.launch import Launcher, as_warp
+from warpvec.rendering.launch import Launcher, as_warp, start_warp
 
 SCALE_COUNT = 5
 """Scales at most. kodim05, 13 and 23 at 512 paths, with a weight of 0.7: five scales give 26.03 to 26.08 dB and LPIPS
@@ -89,6 +89,8 @@ class ScaleSimilarity:
         self._unbiased = self._area / max(self._area - 1, 1)
         self._mean = self._means(self._target)
         self._variance = self._means(self._target.square()) - self._mean.square()
+        start_warp()
+        self._launch = Launcher("cpu", threads=1)
 
     def shift(self, gray: Tensor, weight: Tensor) -> Tensor:
         """Return the shift [h, w] of the target for a ``gray`` image [h, w], with the weight w."""
@@ -105,10 +107,11 @@ class ScaleSimilarity:
         pixels = [as_warp(values, real) for values in (gray, self._target)]
         windows = [as_warp(values, real) for values in (self._mean, self._variance)]
         settings = [rows, columns, real(SSIM_C1), real(SSIM_C2), real(self._unbiased)]
-        launch = Launcher("cpu", 1)
-        launch(kernels.differentiate_windows, band_count, [*settings, *pixels, *windows, room, slopes])
+        self._launch(kernels.differentiate_windows, band_count, [*settings, *pixels, *windows, room, slopes])
         factor = real(0.5 * float(weight) / self._area)
-        launch(kernels.spread_windows, band_count, [rows, columns, factor, *pixels, slopes, room, as_warp(shift, real)])
+        self._launch(
+            kernels.spread_windows, band_count, [rows, columns, factor, *pixels, slopes, room, as_warp(shift, real)]
+        )
         return shift
 
     def shift_by_torch(self, gray: Tensor, weight: Tensor) -> Tensor:
