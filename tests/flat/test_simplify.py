@@ -63,6 +63,16 @@ def test_corners_stay_sharp(shapes):
     assert (distance < 0.1).all()
 
 
+def test_a_plus_of_thin_strokes_keeps_its_lines():
+    right = (20, 10), (21.1, 10), (21.1, 14), (24, 14), (24, 15.1), (21.1, 15.1)
+    left = (21.1, 20), (20, 20), (20, 15.1), (17, 15.1), (17, 14), (20, 14)
+    scene = drawing((BLACK, [straight(*right, *left)]))
+
+    found = simplify(scene, Critic(picture(scene), CONFIG), Watch())
+
+    assert line_count(found) == 12
+
+
 def test_a_notch_of_three_pixels_stays_and_one_of_a_twentieth_goes():
     for depth, segment_count in ((3.0, 7), (0.05, 4)):
         square = straight((10, 10), (30, 10), (33, 10 + depth), (36, 10), (50, 10), (50, 50), (10, 50))

@@ -91,7 +91,7 @@ class LetteringConstants:
     """Least marks of a word, and the height in pixels, with the soft edges, below which its letters cannot be read:
     small letters of a font of 10 px have 7, which `bench/reading.py` reads, and those of 8 px have 6."""
 
-    # Outlines of thin parts (layers/fine_outlines.py)
+    # Outlines of thin parts (layers/fine_outlines.py, straight_sides.py)
 
     fineness: int = 4
     """Sub-pixels along the side of a pixel."""
@@ -116,6 +116,29 @@ class LetteringConstants:
 
     loop_area_min: float = 0.25
     """Area in square pixels of the smallest loop of a thin part: the hole of an e of 10 px has 0.5."""
+
+    side_length: float = 3.0
+    side_error: float = 0.15
+    """Length in pixels of the shortest level or upright side beside a square end, and by how much points of it may lie
+    off its line. Letters of 12 px have stems of 9 px, whose ends bulge by so much. With 2 px, names on a map (map) lose
+    0.4 dB."""
+
+    side_share: float = 0.85
+    """Share of its length that as many points as it has sub-pixels span: some are where it crosses from one column of
+    these to the next."""
+
+    lone_side: float = 4.0
+    lone_error: float = 0.05
+    """The same of a side between two bends: a ring of 32 px across has no such side."""
+
+    end_width_max: float = 2.5
+    end_length_max: float = 2.5
+    end_error: float = 0.5
+    """Width in pixels of the widest stem whose ends are made square, the pixels that are not straight before its end,
+    and by how much these may lie outside of its sides: serifs are wider."""
+
+    straight_min: float = 2.5
+    """Pixels of the shortest straight side that no curve may take, see `straight_runs.py`."""
 
     scale: float = 6.0
     """Enlargement at which curves are fitted to the outline of a thin part: the two corners at the end of a stem are

@@ -60,12 +60,12 @@ def fit_enlarged(
     scales: Sequence[float],
     tolerance: float | Floats = CURVES.tolerance,
     watch: Watch = UNWATCHED,
-    straight_min: float = math.inf,
+    straight_min: float | Floats = math.inf,
 ) -> list[Curves]:
     """Return the curves for each closed polyline [m, 2], fitted as if it were so many times larger.
 
-    Its corners and bends may then be closer to each other. The ``tolerance``, one or one for each, and
-    ``straight_min`` are in pixels of the given polylines.
+    Its corners and bends may then be closer to each other. The ``tolerance`` and
+    ``straight_min``, one or one for each, are in pixels of the given polylines.
     """
     larger = [scale * loop for scale, loop in zip(scales, loops, strict=True)]
     fits = fit_loops(larger, tolerance * np.array(scales), watch, straight_min * np.array(scales))

@@ -17,6 +17,7 @@ from warpvec.flat.layers.covering import cover_of, is_lettering
 from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.stacking import StackedLayer
+from warpvec.flat.layers.straight_sides import with_straight_sides
 from warpvec.flat.regions.regions import Regions
 from warpvec.watch.watch import UNWATCHED, Watch
 
@@ -52,7 +53,8 @@ def _outlines_of_part(regions: Regions, members: Collection[int], above: Collect
     cover = cover_of(regions, members, above)
     is_fine = is_lettering(regions, members) and bool((cover.coverage == cover.shown).all())
     if is_fine:
-        loops, area_min = fine_contours_of(cover.coverage), LETTERING.loop_area_min
+        loops = [with_straight_sides(loop) for loop in fine_contours_of(cover.coverage)]
+        area_min = LETTERING.loop_area_min
     else:
         loops = contours_of(cover.coverage)
         is_tiny = max((abs(signed_area(loop)) for loop in loops), default=0.0) < LAYERS.loop_area_min

@@ -78,13 +78,40 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[CandidateSpa
 
 def _corners(outlines: Outlines) -> Mask:
     """Return which nodes [R] are clear corners."""
-    samples, preceding = outlines.samples, outlines.preceding
+    cosine, preceding = _cosine(outlines), outlines.preceding
+    is_turned = cosine < np.cos(np.radians(SIMPLIFICATION.corner_degrees))
+    leg_min = np.where(_line_corners(outlines), SIMPLIFICATION.line_leg, SIMPLIFICATION.corner_leg)
+    seen = _seen(outlines)
+    return is_turned & (np.minimum(seen, seen[preceding]) >= leg_min)
+
+
+def _cosine(outlines: Outlines) -> Floats:
+    """Return the cosine of the turn at each node [R]."""
+    samples = outlines.samples
     ahead = samples.points[:, 0] - samples.control[:, 0]
-    behind = (samples.control[:, 3] - samples.points[:, -1])[preceding]
+    behind = (samples.control[:, 3] - samples.points[:, -1])[outlines.preceding]
     product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
-    is_turned = (ahead * behind).sum(1) < np.cos(np.radians(SIMPLIFICATION.corner_degrees)) * product
-    seen = (samples.visibility * samples.lengths).sum(1)
-    return is_turned & (np.minimum(seen, seen[preceding]) >= SIMPLIFICATION.corner_leg)
+    return np.asarray((ahead * behind).sum(1) / np.maximum(product, 1e-12))
+
+
+def _seen(outlines: Outlines) -> Floats:
+    """Return the visible length of each segment [R] in pixels."""
+    return np.asarray((outlines.samples.visibility * outlines.samples.lengths).sum(1))
+
+
+def _line_corners(outlines: Outlines) -> Mask:
+    """Return at which nodes [R] a line ends with a sharp turn."""
+    is_sharp = _cosine(outlines) < np.cos(np.radians(SIMPLIFICATION.line_corner_degrees))
+    return is_sharp & (outlines.is_line | outlines.is_line[outlines.preceding])
+
+
+def _straight_lines(outlines: Outlines) -> Mask:
+    """Return which segments [R] are lines that are straight on purpose: long ones, and those that end sharply."""
+    ends = _line_corners(outlines)
+    is_sharp = ends.copy()
+    is_sharp[outlines.preceding[ends]] = True
+    length_min = np.where(is_sharp, SIMPLIFICATION.line_sharp, SIMPLIFICATION.line_long)
+    return outlines.is_line & (_seen(outlines) >= length_min)
 
 
 def _fitted(outlines: Outlines, members: Integers, after: Integers, detail: Floats) -> tuple[CandidateSpans, Floats]:
@@ -103,8 +130,7 @@ def _fitted(outlines: Outlines, members: Integers, after: Integers, detail: Floa
         return CandidateSpans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
     cubic = fit_cubics(span, ends)
     cost, excess = _allowed(cubic, span, samples, detail)
-    seen = (samples.visibility * samples.lengths).sum(1)
-    has_line = (outlines.is_line & (seen >= SIMPLIFICATION.line_long))[members].any(1)
+    has_line = _straight_lines(outlines)[members].any(1)
     cost[has_line | (outlines.is_line[members].all(1) & np.isfinite(line_cost))] = np.inf
     spans = CandidateSpans(
         first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1)
