@@ -14,7 +14,7 @@ from pathlib import Path
 from random import Random
 
 import torture_image_files as images
-from torture_case import OK, REFUSED, Case, Wrong
+from torture_case import OK, REFUSED, Case, Wrong, limit
 from torture_changes import mutate
 
 BASE = ("--curves", "4", "--iterations", "2", "--fit-size", "16", "--jobs", "1", "--threads", "1", "--device", "cpu")
@@ -81,7 +81,7 @@ def check(
 def _batch(folder: Path, options: list[str]) -> str:
     """Run the command once and check what it wrote."""
     command = [sys.executable, "-m", "warpvec", "batch", "in", "out", *BASE, *options]
-    done = subprocess.run(command, cwd=folder, capture_output=True, timeout=SECONDS, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, timeout=limit(SECONDS), check=False)
     text = (done.stdout + done.stderr).decode(errors="surrogateescape")
     if done.returncode not in (0, 1, 2) or "Traceback" in text or "-debug" in text:
         raise Wrong(f"exit code {done.returncode}: {text[-300:]!r}")
