@@ -91,7 +91,8 @@ def _cosine(outlines: Outlines) -> Floats:
     ahead = samples.points[:, 0] - samples.control[:, 0]
     behind = (samples.control[:, 3] - samples.points[:, -1])[outlines.preceding]
     product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
-    return np.asarray((ahead * behind).sum(1) / np.maximum(product, 1e-12))
+    cosine = np.divide((ahead * behind).sum(1), product, out=np.ones(len(product)), where=product > 0.0)
+    return np.asarray(cosine)  # 1 where a segment has no direction
 
 
 def _seen(outlines: Outlines) -> Floats:
