@@ -92,7 +92,7 @@ def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Cu
     scales = np.array([loop.scale for loop in loops])
     is_dot = np.array([np.ptp(loop.points, 0).max() < LETTERING.dot_side for loop in loops], bool)
     tolerances = np.where(is_dot, tolerance / scales, tolerance)
-    straight_min = np.where(scales > 1.0, LETTERING.straight_min, np.inf)
+    straight_min = np.where(scales == LETTERING.scale, LETTERING.straight_min, np.inf)
     return fit_enlarged([loop.points for loop in loops], scales.tolist(), tolerances, watch, straight_min)
 
 

@@ -107,11 +107,13 @@ class SimplificationConstants:
     have. One cubic can come close to two lines, but its tip is round."""
 
     line_corner_degrees: float = 60.0
+    line_lean_degrees: float = 1.0
     line_leg: float = 0.75
     line_sharp: float = 2.5
-    """Turn at a corner of a line that is surely meant, the visible length in pixels that both segments beside it must
-    have, and the visible length of such a line from which it does not become part of a curve. Stems of letters of 12 px
-    are 1.1 px wide, and got spikes for ends and bent sides."""
+    """Turn at a corner of a line that is surely meant, how much the line may lean from level or upright, the visible
+    length in pixels that both segments beside it must have, and the visible length of such a line from which it does
+    not become part of a curve. Stems of letters of 12 px are 1.1 px wide, and got spikes for ends and bent sides. Lines
+    that lean more are chords of curves in small pictures: fav32_bourbon loses 0.8 dB with them, 0.2 with 3 degrees."""
 
     hopeless: float = 4.0
     """A span is not extended once its error is this many times what is allowed, at both of its shorter parts."""

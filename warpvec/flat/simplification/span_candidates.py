@@ -101,9 +101,12 @@ def _seen(outlines: Outlines) -> Floats:
 
 
 def _line_corners(outlines: Outlines) -> Mask:
-    """Return at which nodes [R] a line ends with a sharp turn."""
+    """Return at which nodes [R] a level or upright line ends with a sharp turn."""
     is_sharp = _cosine(outlines) < np.cos(np.radians(SIMPLIFICATION.line_corner_degrees))
-    return is_sharp & (outlines.is_line | outlines.is_line[outlines.preceding])
+    across = np.abs(outlines.samples.control[:, 3] - outlines.samples.control[:, 0])
+    is_upright = across.min(1) <= np.sin(np.radians(SIMPLIFICATION.line_lean_degrees)) * np.linalg.norm(across, axis=1)
+    is_stem = outlines.is_line & is_upright
+    return is_sharp & (is_stem | is_stem[outlines.preceding])
 
 
 def _straight_lines(outlines: Outlines) -> Mask:
