@@ -70,6 +70,14 @@ class Child:
         return self._process.returncode, stdout, stderr
 
 
+def test_a_command_that_draws_says_if_a_signal_leaves_no_drawing() -> None:
+    child = Child("from warpvec.cli.signals import drawing_listener", "drawing_listener()", "say('ready')", NATIVE)
+    child.send(signal.SIGTERM)
+    code, _, stderr = child.end()
+    assert code == 128 + signal.SIGTERM
+    assert stderr == "warpvec: interrupted before there was a drawing; none is written\n"
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_before_there_is_a_result_a_signal_ends_the_process_and_leaves_nothing(tmp_path: Path, number: int) -> None:
     child = Child(

@@ -1,6 +1,7 @@
 """End the command in order when a signal asks for it: Ctrl-C (SIGINT), SIGTERM, or SIGHUP of a closed terminal.
 
-- As long as there is no result, the process ends at once. Nothing is written, and no temporary file stays.
+- As long as there is no result, the process ends at once. Nothing is written, and no temporary file stays. A command
+  that draws says so.
 - Once a fit has a result, the first signal ends the fit. The result is measured and written as after a whole fit.
 - In a batch the first signal raises KeyboardInterrupt, which stops the workers and keeps the records.
 - A second signal ends the process at once.
@@ -32,6 +33,7 @@ INTERRUPTED = 130
 
 _STOP = 0
 _SHOW_CURSOR = b"\x1b[?25h"
+_NONE_WRITTEN = b"warpvec: interrupted before there was a drawing; none is written\n"
 
 
 def run_command(command: Callable[[], None]) -> None:
@@ -71,14 +73,26 @@ def listener() -> Listener | None:
     return _Listener.current
 
 
+def drawing_listener() -> Listener | None:
+    """Return the `listener` for a command that draws: it says so if a signal ends it without a drawing."""
+    if _Listener.current is not None:
+        _Listener.current.early_words = _NONE_WRITTEN
+    return listener()
+
+
 class _Listener:
-    """The signals of this process, and what the first of them does."""
+    """The signals of this process, and what the first of them does.
+
+    Attributes:
+        number: that of the first signal; None if there was none.
+        early_words: what is printed if the first signal ends the process because there is no result.
+    """
 
     current: _Listener | None = None
 
     def __init__(self) -> None:
         self.number: int | None = None
-        """Number of the first signal."""
+        self.early_words = b""
         self._has_result = self._raises = self._has_raised = False
         self._handled = [number for number in SIGNALS if _is_default(number)]
         self._terminals = [stream for stream in (1, 2) if os.isatty(stream)]
@@ -144,6 +158,9 @@ class _Listener:
             is_first, self.number = self.number is None, self.number or number
             # The main thread may have raised already, and left its block, before this thread runs.
             is_handled = self._has_result or self._raises or self._has_raised
+            if is_first and not is_handled:
+                with suppress(OSError):  # stderr is closed
+                    os.write(2, self.early_words)
             if not is_first or not is_handled:
                 _end_now(128 + number)
 

@@ -15,7 +15,7 @@ from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, given_options
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import write_config
-from warpvec.cli.signals import listener
+from warpvec.cli.signals import drawing_listener
 from warpvec.cli.summary import end_fit
 
 DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments")
@@ -72,7 +72,7 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     title = None if source == "-" else Path(source).stem
     mode = Refine(loaded, data, iterations, free, name="--from", blur=blur_to_undo(given))
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
-        watch = Watch(show, config.time_budget, listener())
+        watch = Watch(show, config.time_budget, drawing_listener())
         request = Request.of(pixels, config, goal, title=title, options=file_options(options), watch=watch)
         place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
         write_config(options, config, undecided=[name for name in DECIDED if options[name] is None])

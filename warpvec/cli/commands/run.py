@@ -14,7 +14,7 @@ from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, options_of_mode, requested
 from warpvec.cli.settings_command import SettingsCommand
 from warpvec.cli.side_files import SideFile, write_config
-from warpvec.cli.signals import listener
+from warpvec.cli.signals import drawing_listener
 from warpvec.cli.summary import end_fit
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
@@ -150,7 +150,7 @@ def _fit(
     failure: OSError | InputError | click.ClickException | None = None
     with recorded(photo, config, frames, video, every, quiet=options["quiet"]) as recorder:
         write_config(options, config)
-        watch = Watch(recorder, config.time_budget, listener())
+        watch = Watch(recorder, config.time_budget, drawing_listener())
         request = Request.of(photo, config, goal, title=title, options=file_options(options), watch=watch)
         photo_mode, path = Photo(resume=checkpoint), options["checkpoint"]
         if path is not None:  # saving may fail without ending the fit
