@@ -8,6 +8,7 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.curves import CURVES
+from warpvec.flat.curves.closed_runs import closed_runs
 from warpvec.flat.curves.outline_nodes import Samples
 
 
@@ -48,12 +49,7 @@ def _runs(xy: Floats, count: int, look: int) -> Mask:
     steps = np.roll(xy, -1, 0) - xy
     for axis in (0, 1):
         is_level = np.abs(steps[:, axis]) < CURVES.run_error
-        if is_level.all() or not is_level.any():
-            continue
-        shift = int(np.flatnonzero(~is_level)[0])
-        change = np.diff(np.concatenate([[0], np.roll(is_level, -shift).astype(np.int64), [0]]))
-        begins, ends = ((np.flatnonzero(change == sign) + shift).tolist() for sign in (1, -1))
-        for first, last in zip(begins, ends, strict=True):
+        for first, last in closed_runs(is_level):
             if last - first >= count and _is_meant(xy, first, last, axis, look):
                 found[np.arange(first, last) % len(xy)] = True
     return found

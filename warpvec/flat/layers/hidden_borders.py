@@ -9,6 +9,7 @@ from PIL import Image, ImageDraw
 
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.layers import LAYERS
+from warpvec.flat.curves.closed_runs import closed_runs
 from warpvec.flat.layers.covering import Cover
 
 
@@ -34,13 +35,10 @@ def _hidden_runs(loop: Floats, is_hidden: Mask) -> list[tuple[int, int]]:
     """Return first and one past the last vertex of each hidden run, in order; the last may go on past the end."""
     if is_hidden.all():
         return [(0, len(loop))]
-    begin = int(np.argmin(is_hidden))  # a vertex that shows
-    order = (np.arange(len(loop)) + begin) % len(loop)
-    change = np.diff(np.concatenate([[0], is_hidden[order].astype(np.int8), [0]]))
-    steps = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)[order]
-    lengths = np.concatenate([[0.0], np.cumsum(steps)])
-    runs = zip(np.nonzero(change == 1)[0], np.nonzero(change == -1)[0], strict=True)
-    return [(int(a) + begin, int(b) + begin) for a, b in runs if lengths[b] - lengths[a] >= LAYERS.hidden_run_min]
+    begin = int(np.argmin(is_hidden))  # a vertex that shows, where lengths begin
+    steps = np.roll(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1), -begin)
+    lengths = np.concatenate([np.zeros(begin + 1), np.cumsum(steps)])
+    return [(a, b) for a, b in closed_runs(is_hidden) if lengths[b] - lengths[a] >= LAYERS.hidden_run_min]
 
 
 def _extended(shown: Floats, cover: Cover) -> Floats:

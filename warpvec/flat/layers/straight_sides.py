@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.lettering import LETTERING
+from warpvec.flat.curves.closed_runs import closed_runs
 
 
 class _Side(NamedTuple):
@@ -87,12 +88,7 @@ def _is_straight(loop: Floats, axis: int) -> Mask:
 
 def _runs(mask: Mask) -> list[Integers]:
     """Return the rows of each run of a closed ``mask`` [n], in order."""
-    if mask.all() or not mask.any():
-        return []
-    shift = int(np.flatnonzero(~mask)[0])
-    change = np.diff(np.concatenate([[0], np.roll(mask, -shift).astype(np.int64), [0]]))
-    ends = zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0), strict=True)
-    return [(np.arange(first, last) + shift) % len(mask) for first, last in ends]
+    return [np.arange(first, last) % len(mask) for first, last in closed_runs(mask)]
 
 
 def _square_end(loop: Floats, side: _Side, following: _Side) -> float | None:
