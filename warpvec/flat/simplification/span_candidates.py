@@ -53,7 +53,7 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[CandidateSpa
     loop_start = np.repeat(outlines.loop_first[:-1], sizes)
     loop_size = np.repeat(sizes, sizes)
     rows = np.arange(len(loop_start))
-    corners = _corners(outlines)
+    corners, is_straight = _corners(outlines), _straight_lines(outlines)
     is_open = np.ones(len(rows), np.bool_)  # spans from here that may be extended
     for size in range(1, SIMPLIFICATION.span_segments_max + 1):
         first = rows[is_open & (loop_size > size)] if size > 1 else rows
@@ -66,7 +66,7 @@ def span_candidates(outlines: Outlines, detail: Floats) -> Iterator[CandidateSpa
         if not len(first):
             return
         after = loop_start[first] + (first - loop_start[first] + size) % loop_size[first]
-        spans, excess = _fitted(outlines, members, after, detail)
+        spans, excess = _fitted(outlines, members, after, detail, is_straight)
         if size == 1:
             spans.cost[loop_size == 1, 1] = np.inf
         yield spans
@@ -118,8 +118,13 @@ def _straight_lines(outlines: Outlines) -> Mask:
     return outlines.is_line & (_seen(outlines) >= length_min)
 
 
-def _fitted(outlines: Outlines, members: Integers, after: Integers, detail: Floats) -> tuple[CandidateSpans, Floats]:
-    """Return the spans of ``members`` [K, k], and the least error of each in what is allowed."""
+def _fitted(
+    outlines: Outlines, members: Integers, after: Integers, detail: Floats, is_straight: Mask
+) -> tuple[CandidateSpans, Floats]:
+    """Return the spans of ``members`` [K, k], and the least error of each in what is allowed.
+
+    No cubic may replace segments [R] that are ``is_straight``.
+    """
     samples, first, last = outlines.samples, members[:, 0], members[:, -1]
     ends = Ends(samples.control[first, 0], samples.control[last, 3], outlines.tangents[first], outlines.tangents[after])
     span, detail = spans_of(samples, members), detail[members].min(1)
@@ -134,7 +139,7 @@ def _fitted(outlines: Outlines, members: Integers, after: Integers, detail: Floa
         return CandidateSpans(first, 1, cost, np.stack([old, line.handles], 1)), np.zeros(len(first))
     cubic = fit_cubics(span, ends)
     cost, excess = _allowed(cubic, span, samples, detail)
-    has_line = _straight_lines(outlines)[members].any(1)
+    has_line = is_straight[members].any(1)
     cost[has_line | (outlines.is_line[members].all(1) & np.isfinite(line_cost))] = np.inf
     spans = CandidateSpans(
         first, members.shape[1], np.stack([cost, line_cost], 1), np.stack([cubic.handles, line.handles], 1)

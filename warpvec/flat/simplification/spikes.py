@@ -18,8 +18,8 @@ def without_spikes(scene: Scene, samples: OutlineSamples) -> Scene:
     """Return ``scene`` with each spike cut off where it is as wide as the widest hair.
 
     A spike keeps its node, which moves to the middle of the cut, and the curves beside it keep what is left of them. Of
-    spikes beside each other, only the first one is cut.
-    ``samples`` are those of ``scene``. Whether the picture has the spike is not asked.
+    spikes beside each other, only the first one is cut. ``samples`` are those of ``scene``. Whether the picture has the
+    spike is not asked.
     """
     joints = Joints.of(scene)
     preceding, following = joints.preceding.numpy(), joints.following.numpy()
