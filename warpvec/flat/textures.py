@@ -15,7 +15,7 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.mode_choice import Levels
 from warpvec.flat.mono import otsu_threshold
-from warpvec.image.spread import spread
+from warpvec.image.spread import largest_channel, spread
 
 
 def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
@@ -112,7 +112,7 @@ def _is_texture(is_part: Mask, change: Levels) -> bool:
 def _is_rough(is_part: Mask, levels: Levels) -> bool:
     """Return whether the ``levels`` of a part [h, w] differ from those around them. Those of a shadow do not."""
     inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
-    rough = np.abs(levels - ndimage.uniform_filter(levels.astype(np.float64), (3, 3, 1))).max(2)
+    rough = largest_channel(np.abs(levels - ndimage.uniform_filter(levels.astype(np.float64), (3, 3, 1))))
     return bool(inside.any() and (rough[inside] > TEXTURES.rough_change).mean() >= TEXTURES.rough_min)
 
 

@@ -12,6 +12,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, amplitude_of, explained
+from warpvec.image.spread import largest_channel
 
 
 def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
@@ -36,7 +37,9 @@ def _fitted(zone: Zone, side: int, rough: Floats | None) -> tuple[Floats, tuple[
     """
     step = -(-max(zone.is_seen.shape) // side)
     small = zone.reduced(step)
-    if (small.is_seen & (np.abs(small.change).max(2) > SOFTNESS.alike)).sum() * step * step < SOFTNESS.zone_area:
+    if (
+        small.is_seen & (largest_channel(np.abs(small.change)) > SOFTNESS.alike)
+    ).sum() * step * step < SOFTNESS.zone_area:
         return None
     scale, grown = np.array([step, step, 1.0, 1.0, 1.0, 1.0]), np.log(step) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
     starts = _starts(small) if rough is None else [(rough - grown) / scale]
