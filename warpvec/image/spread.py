@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 
 def largest_channel(values: NDArray[Any]) -> NDArray[Any]:
-    """Return the largest of the channels of ``values`` [h, w, C] in each pixel [h, w]."""
+    """Return the largest of the channels of ``values`` [..., C] in each pixel [...]."""
     largest: NDArray[Any] = reduce(np.maximum, np.moveaxis(values, -1, 0))
     return largest
 

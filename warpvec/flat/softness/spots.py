@@ -37,9 +37,8 @@ def _fitted(zone: Zone, side: int, rough: Floats | None) -> tuple[Floats, tuple[
     """
     step = -(-max(zone.is_seen.shape) // side)
     small = zone.reduced(step)
-    if (
-        small.is_seen & (largest_channel(np.abs(small.change)) > SOFTNESS.alike)
-    ).sum() * step * step < SOFTNESS.zone_area:
+    is_changed = largest_channel(np.abs(small.change)) > SOFTNESS.alike
+    if (small.is_seen & is_changed).sum() * step * step < SOFTNESS.zone_area:
         return None
     scale, grown = np.array([step, step, 1.0, 1.0, 1.0, 1.0]), np.log(step) * np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0])
     starts = _starts(small) if rough is None else [(rough - grown) / scale]
