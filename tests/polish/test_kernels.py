@@ -89,7 +89,7 @@ def test_a_small_room_for_entries_and_blocks_grows(scene: Scene, monkeypatch: py
     want = gauss_newton(drawing, drawing.start, held)
     fresh = machine.Machine("cpu")
     fresh.entry_room, fresh.block_room = 4, 2
-    monkeypatch.setattr(machine._local, "machines", {"cpu": fresh})
+    monkeypatch.setattr(machine, "_machine", lambda device: fresh)
     assert (gauss_newton(drawing, drawing.start, held) != want).nnz == 0
     rooms, entries = (fresh.entry_room, fresh.block_room), len(drawing.scene(drawing.start).segments)
     assert 4 < rooms[0] < 4 * 40 * 48 and 2 < rooms[1] < entries**2  # not far beyond what they need

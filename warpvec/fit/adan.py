@@ -7,7 +7,6 @@ and gradients.
 from __future__ import annotations
 
 import math
-import threading
 from typing import Any
 
 import torch
@@ -17,7 +16,7 @@ from torch import Tensor
 from warpvec.fit.state_form import check_fields, floats, require, wholes
 from warpvec.kernels.adan import BETAS, EPS, make_kernels
 from warpvec.kernels.lanes import Lanes, make_lanes
-from warpvec.rendering.launch import Launcher, as_warp, start_warp
+from warpvec.rendering.launch import Launcher, as_warp, once_per_thread, start_warp
 
 _AVERAGES = ("exp_avg", "exp_avg_diff", "exp_avg_sq", "previous_grad")
 
@@ -86,13 +85,7 @@ def check_averages(name: str, exp_avg: Tensor, exp_avg_diff: Tensor, exp_avg_sq:
         require((values.abs() <= limit).all(), name, "has an optimizer state that no gradients lead to")
 
 
-_local = threading.local()
-
-
+@once_per_thread
 def _launcher(device: torch.device, dtype: torch.dtype) -> tuple[Launcher, Lanes]:
-    """Return the launcher of this thread: launches of two threads would set each other's arguments."""
-    launchers: dict[Any, tuple[Launcher, Lanes]] = _local.__dict__.setdefault("launchers", {})
-    if (device, dtype) not in launchers:
-        start_warp()
-        launchers[device, dtype] = Launcher(str(device), threads=1), make_lanes(1, wp.dtype_from_torch(dtype))
-    return launchers[device, dtype]
+    start_warp()
+    return Launcher(str(device), threads=1), make_lanes(1, wp.dtype_from_torch(dtype))

@@ -5,7 +5,6 @@ These last as long as their thread, because drawings are made one after another.
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import torch
@@ -15,12 +14,10 @@ from numpy.typing import NDArray
 from warpvec.kernels import crossed_pixels, cubic_fitting, near_errors, normal_matrix, pixel_weights, row_slopes
 from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
 from warpvec.kernels.row_slopes import COLUMNS_MAX
-from warpvec.rendering.launch import Launcher, as_warp, start_warp
+from warpvec.rendering.launch import Launcher, as_warp, once_per_thread, start_warp
 
 _ENTRIES_FIRST, _BLOCKS_FIRST = 2**13, 2**9
 """Room for pairs of a curve and a pixel, and for blocks, at the beginning."""
-
-_local = threading.local()
 
 
 class Machine:
@@ -75,12 +72,12 @@ class Machine:
         return self.blocks
 
 
+_machine = once_per_thread(Machine)
+
+
 def machine_of_thread(device: str = "cpu") -> Machine:
     """Return the kernels and buffers of this thread on a ``device``."""
-    machines: dict[str, Machine] = _local.__dict__.setdefault("machines", {})
-    if device not in machines:
-        machines[device] = Machine(device)
-    return machines[device]
+    return _machine(device)
 
 
 _ROW_ARRAYS = {"slopes": vec9, "values": wp.int32}

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 import time
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
-from typing import Any
+from functools import cache, partial, wraps
+from typing import Any, ParamSpec, TypeVar
 
 import torch
 import warp as wp
@@ -36,6 +37,9 @@ _CHUNK_ITEMS_MIN = 64
 _ENTRIES_MAX = 2**31
 # Enough chunks per thread that one slow chunk leaves little idle time at the end, and few enough to launch cheaply.
 _CHUNKS_PER_THREAD = 4
+
+_Arguments = ParamSpec("_Arguments")
+_Made = TypeVar("_Made")
 
 # OpenMP's threads do not exist in a forked process, where torch would wait for them for ever.
 if hasattr(os, "register_at_fork"):
@@ -95,6 +99,23 @@ def resolve_device(name: str) -> str:
         )
         raise InputError("device", rule, repr(name), 'give cpu, or start processes with the method "spawn"')
     return wanted
+
+
+def once_per_thread(make: Callable[_Arguments, _Made]) -> Callable[_Arguments, _Made]:
+    """Keep what ``make`` returns for each set of arguments, for each thread: two threads must not share a launcher.
+
+    Their launches would set each other's arguments.
+    """
+    local = threading.local()
+
+    @wraps(make)
+    def made(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Made:
+        if not hasattr(local, "kept"):
+            local.kept = cache(make)
+        found: _Made = local.kept(*args, **kwargs)
+        return found
+
+    return made
 
 
 class Launcher:
