@@ -24,6 +24,7 @@ from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
 from warpvec.config.presets import make_config
+from warpvec.flat.mode_choice import ModeChoice
 from warpvec.modes.choice import suited_mode
 from warpvec.modes.request import Request
 from warpvec.modes.restored import Restoration
@@ -89,18 +90,23 @@ def copies(photos: list[Path], drawings: list[Path]) -> Iterator[tuple[str, str,
         yield "drawing", path.stem, over_white(path)
 
 
-def as_jpeg(image: Image.Image) -> Image.Image:
-    """Return ``image`` as JPEG."""
+def saved(image: Image.Image, format: str, **options: int) -> Image.Image:
+    """Return ``image`` as it comes back from a file."""
     file = io.BytesIO()
-    image.save(file, "JPEG", quality=QUALITY)
+    image.save(file, format, **options)
     return Image.open(file).convert("RGB")
+
+
+def choice_of(image: Image.Image) -> tuple[Request, Restoration, ModeChoice]:
+    """Return a request for ``image``, what was done to it, and the mode that auto chooses before it draws."""
+    request = Request.of(np.asarray(image, np.float32) / 255.0, make_config())
+    found = Restoration.of(request)
+    return request, found, suited_mode(found.request, found.condition)[0]
 
 
 def chosen(image: Image.Image) -> str:
     """Return the mode that auto chooses for ``image``."""
-    pixels = np.asarray(image, np.float32) / 255.0
-    found = Restoration.of(Request.of(pixels, make_config()))
-    choice, _ = suited_mode(found.request, found.condition)
+    choice = choice_of(image)[2]
     return choice.mode + (", in doubt" if math.isfinite(choice.unexplained_max) else "")
 
 
@@ -124,7 +130,7 @@ def main(photos: Path, drawings: Path) -> None:
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     wrong: Counter[str] = Counter()
     for kind, name, image in copies(sorted(photos.glob("*.png")), sorted(drawings.glob("*.png"))):
-        for suffix, shown in (("", image), (" as JPEG", as_jpeg(image))):
+        for suffix, shown in (("", image), (" as JPEG", saved(image, "JPEG", quality=QUALITY))):
             mode = chosen(shown)
             counts[kind + suffix][mode] += 1
             if not is_right(kind, mode):

@@ -9,7 +9,6 @@ as anything else than a photo or mixed; an oval is wrong as flat art.
 
 from __future__ import annotations
 
-import io
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,16 +18,14 @@ import click
 import numpy as np
 from flat_methods import over_white
 from gate_damage import blur, noise
-from half_photo import SIDES, oval
+from half_photo import SIDES, choice_of, oval, saved
 from PIL import Image
 from PIL.Image import Resampling
 
-from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
-from warpvec.modes.choice import draw_picture, suited_mode
+from warpvec.modes.choice import draw_picture
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Request
-from warpvec.modes.restored import Restoration
 
 
 class PhotoChosen(Exception):
@@ -49,13 +46,6 @@ def reduced(image: Image.Image, side: int) -> Image.Image:
     small = image.copy()
     small.thumbnail((side, side), Resampling.LANCZOS)
     return small
-
-
-def saved(image: Image.Image, format: str, **options: int) -> Image.Image:
-    """Return ``image`` as it comes back from a file."""
-    file = io.BytesIO()
-    image.save(file, format, **options)
-    return Image.open(file).convert("RGB")
 
 
 def changed(image: Image.Image, damage: Callable[..., np.ndarray]) -> Image.Image:
@@ -79,9 +69,7 @@ COPIES: dict[str, Callable[[Image.Image], Image.Image]] = {
 
 def mode_of(image: Image.Image) -> str:
     """Return the mode that auto ends with for ``image``."""
-    request = Request.of(np.asarray(image, np.float32) / 255.0, make_config())
-    found = Restoration.of(request)
-    choice, _ = suited_mode(found.request, found.condition)
+    request, found, choice = choice_of(image)
     if choice.mode == "mixed":  # whose photos would be fitted
         return choice.mode
     try:

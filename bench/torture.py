@@ -59,10 +59,9 @@ def warm_up() -> None:
 
     torch.set_num_threads(1)
     photo = np.random.default_rng(0).integers(0, 256, (16, 24, 3), dtype=np.uint8)
-    for settings in ({}, {"gradients": 2}, {"renderer": "splat", "samples": 8, "lines": 4}):
-        text = warpvec.vectorize(photo, 8, iterations=3, threads=1, **settings).svg()
-    warpvec.refine(photo, text, iterations=3, threads=1)
     compile_kernels("cpu")
+    text = warpvec.vectorize(photo, 8, iterations=3, threads=1).svg()
+    warpvec.refine(photo, text, iterations=3, threads=1)
 
 
 def show(fault: Ended) -> None:
