@@ -1,4 +1,4 @@
-"""Kill runs, and send them signals, at random moments; check what they wrote, what they left, and their exit codes.
+"""Kill runs, and send them signals, at random moments. Check their files, their leftovers and their exit codes.
 
 A killed run (SIGKILL) is run again, with `--resume` if it has written a checkpoint. The file must then have the bytes
 of an undisturbed run, and no temporary file may be left. A run that gets SIGINT, SIGTERM or SIGHUP must exit with 128

@@ -4,7 +4,7 @@ TILE = 16
 """Tile side in pixels: one AVX-512 register of float32 per pixel column; 256 pixels, one CUDA block, per tile."""
 
 COLUMNS = TILE + 1
-"""Columns stored for a partial pair: its own, and one for what its last column passes on to the right."""
+"""Columns stored for a partial pair: the tile's own, and one for the winding to the right of the tile."""
 
 CHORD_TOLERANCE = 0.15
 """Largest distance in pixels between a cubic and its chords, by Wang's bound; most chords stay far below it. A fixed

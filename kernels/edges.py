@@ -1,4 +1,4 @@
-"""Straight edges: the pixel columns that one may touch, and the walk through the pixels that it crosses.
+"""Straight edges: find the pixel columns that an edge may touch, and walk through the pixels on its way.
 
 A lane is an edge. An edge runs from (x0, y0) to (x1, y1) with parameter s in [0, 1]. The crossing of a row by a
 horizontal edge, or of a column by a vertical one, would divide by zero. FLAT_EDGE in the denominator puts that crossing

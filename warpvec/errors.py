@@ -32,7 +32,7 @@ class InputError(ValueError):
         return type(self), (self.name, self.rule, self.value, self.remedy)
 
     def renamed(self, names: Mapping[str, str]) -> InputError:
-        """Return the same error with the names that ``names`` gives to its argument and to those that it mentions.
+        """Return the same error with the argument, and others that the message mentions, renamed by ``names``.
 
         Of other arguments only names of several words are replaced: "curves" may be a word of the sentence.
         """

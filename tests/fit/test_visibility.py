@@ -89,7 +89,7 @@ def test_areas_of_rectangles_are_exact() -> None:
 
 @pytest.mark.parametrize(("kind", "geometry"), [(LINEAR, (-90.0, 0.0, -80.0, 0.0)), (RADIAL, (30.0, 20.0, 9.0, 0.0))])
 def test_areas_do_not_depend_on_the_paint(kind: int, geometry: tuple[float, ...]) -> None:
-    """The linear gradient shows its last colour alone, which it continues beyond its end."""
+    """Beyond its end, where the shapes lie, the linear gradient shows its last colour alone."""
     scene = _blobs(3, 12)
     kinds, ends = torch.full((12,), kind, dtype=torch.int32), torch.tensor(geometry).expand(12, 4).contiguous()
     shaded = replace(scene, gradients=Gradients(kinds, ends, torch.rand(12, 3)))

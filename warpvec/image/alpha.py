@@ -65,7 +65,8 @@ def premultiplied(image: Pixels) -> Pixels:
 def straight(image: Pixels) -> Pixels:
     """Return premultiplied ``image`` [h, w, 4] with straight colours in [0, 1], 0 where alpha is below ``ALPHA_MIN``.
 
-    A filter may leave an alpha above 1. Colours are divided by it before it is clipped, so that they get no brighter.
+    A filter may leave an alpha above 1. Colours are divided by that alpha, and then the alpha is clipped: this makes no
+    colour brighter.
     """
     result, alpha = image.clip(0.0, 1.0), image[..., 3:]
     result[..., :3] = (image[..., :3] / alpha.clip(ALPHA_MIN)).clip(0.0, 1.0) * (alpha >= ALPHA_MIN)

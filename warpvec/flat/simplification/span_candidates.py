@@ -1,4 +1,4 @@
-"""Find the runs of segments that one line or one cubic can replace, and what that costs."""
+"""Find runs of segments that one line or one cubic can replace, and the costs of replacing them."""
 
 from __future__ import annotations
 

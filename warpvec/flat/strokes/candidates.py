@@ -66,7 +66,7 @@ class _Part(NamedTuple):
 
 
 def _candidate(scene: Scene) -> Stroke | None:
-    """Return the stroke that a scene of one path is, or that some of its parts are."""
+    """Return the stroke of a scene of one path, or of some of its parts; None if it is no stroke."""
     control, loop = control_points(scene), segment_loops(scene)
     areas = loop_areas(control, loop, scene.structure.loop_count)
     parts = [_part(control, loop, areas, loops) for loops in _components(control, loop, areas)]
