@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 import torch
 from cards import card, texture
 from logo import logo, over_matte
+from PIL import Image
 from sweep import sweep
 
 from warpvec.flat.cutting.windows import with_windows
@@ -13,6 +16,7 @@ from warpvec.flat.texture_outlines import with_key
 from warpvec.flat.textures import _has_many_levels, find_textures
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
+from warpvec.svg.resvg import rasterize
 from warpvec.svg.write import write_svg
 
 
@@ -68,3 +72,19 @@ def test_what_lies_below_a_drawing_shows_in_its_windows_alone() -> None:
     assert is_window.sum() > 300
     np.testing.assert_array_equal(after[is_window], 0)
     np.testing.assert_array_equal(after[~is_window], before[~is_window])
+
+
+def test_lines_on_a_ramp_are_no_photo_as_jpeg() -> None:
+    lines = "".join(
+        f'<circle cx="{128 + 60 * np.cos(turn):.1f}" cy="{128 + 60 * np.sin(turn):.1f}" r="22"/><path d="M128,128L'
+        f'{128 + 100 * np.cos(turn):.1f},{128 + 100 * np.sin(turn):.1f}"/>'
+        for turn in np.arange(0.3, 6.3, 0.9)
+    )
+    drawing = f"""<svg xmlns="http://www.w3.org/2000/svg" width="256" height="256"><defs>
+    <linearGradient id="a" x1="0" y1="1" x2="1" y2="0"><stop stop-color="#b0084d"/>
+    <stop offset="1" stop-color="#ff4f8b"/></linearGradient></defs><rect width="256" height="256" fill="#fff"/>
+    <rect x="18" y="18" width="220" height="220" fill="url(#a)"/>
+    <g fill="none" stroke="#fff" stroke-width="5">{lines}</g></svg>"""
+    file = io.BytesIO()
+    Image.fromarray(rasterize(drawing, sandboxed=False)).save(file, "JPEG", quality=50)
+    assert find_textures(np.asarray(Image.open(file), np.float32) / 255.0, is_jpeg=True) is None

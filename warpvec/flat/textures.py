@@ -15,6 +15,7 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.mode_choice import Levels
 from warpvec.flat.mono import otsu_threshold
+from warpvec.flat.regions.regions import find_regions
 from warpvec.image.spread import largest_channel, spread
 
 
@@ -40,7 +41,8 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
     for number, place in enumerate(ndimage.find_objects(parts), 1):
         is_part = parts[place] == number
         is_photo = is_part.sum() >= area_min and _is_texture(is_part, change[place])
-        if is_photo and _is_rough(is_part, levels[place]) and _has_many_levels(levels[place][is_part]):
+        is_photo &= is_photo and _is_rough(is_part, levels[place]) and _has_many_levels(levels[place][is_part])
+        if is_photo and not _is_drawing(is_part, image[place]):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
 
@@ -125,6 +127,17 @@ def _has_many_levels(levels: Levels) -> bool:
     dark, light = np.median(gray[is_dark]), np.median(gray[~is_dark])
     off = np.abs(gray - np.where(is_dark, dark, light))
     return bool((off > TEXTURES.off_share * (light - dark)).mean() >= TEXTURES.off_min)
+
+
+def _is_drawing(is_part: Mask, image: Floats32) -> bool:
+    """Return whether few regions of flat art leave little of a part [h, w] of ``image`` [h, w, 3]."""
+    inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
+    if not inside.any():
+        return False
+    regions = find_regions(np.ascontiguousarray(image[..., :3]))
+    count = len(np.unique(regions.label[inside]))
+    left = 255.0 * float(np.sqrt(np.mean((regions.mixed()[..., :3] - image[..., :3])[inside] ** 2)))
+    return left <= TEXTURES.drawing_rest_max and count * left <= TEXTURES.drawing_product_max
 
 
 def _with_edges(found: Mask, is_other: Mask) -> Mask:

@@ -364,6 +364,22 @@ class RegionConstants:
     """An end whose place no pixel tells may lie farther out by so much of the ramp. So many places are tried, until the
     colours are within so many levels of whole ones: those lose least when they are rounded."""
 
+    # Ramps of noisy pictures (regions/inside_pixels.py, regions/ramp_joining.py, regions/noisy_ramps.py)
+
+    inside_area_min: int = 12
+    """Fewer pixels inside a region say nothing about its paint."""
+
+    joint_area_min: int = 48
+    joint_border_min: int = 4
+    """Fewest pixels of a ramp over two regions, and fewest of these at their seam."""
+
+    joint_slack: float = 0.5
+    """Where one of two regions has a ramp already, a joint ramp may leave more squares than their paints: this part of
+    what the paint of one leaves, that which leaves less. It has half the stops."""
+
+    joint_shared: float = 1.25
+    """A small region gets the ramp of a large one that leaves up to so much more than its own paint."""
+
     # Parts without a pure pixel (regions/thin_parts.py)
 
     thin_rounds_max: int = 6

@@ -166,15 +166,20 @@ def _find_ramps(
         ramp = _shared_ramp(ramps, few, colors[:, :channels], width, gain * deviation, limit)
         is_small = len(pixels) < area_min
         if ramp is None and deviation > (least_of_small if is_small else limit):
-            sample = slice(None, None, -(-len(pixels) // REGIONS.paint_samples_max))
-            shown = colors[pixels, :channels].astype(np.float64)
-            points = _points(pixels, width)
-            ramp = fit_ramp(points, shown, _stop_limit(tolerances), sample)
-            ramp = None if ramp is None else refitted(ramp, points, shown)
+            ramp = ramp_of_pixels(_points(pixels, width), colors[pixels, :channels].astype(np.float64), tolerances)
             ramp = None if is_small and ramp is not None and ramp.error > limit else ramp
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps
+
+
+def ramp_of_pixels(
+    points: NDArray[np.floating[Any]], colors: NDArray[np.floating[Any]], tolerances: Tolerances
+) -> Ramp | None:
+    """Return the ramp of the colours [N, 3 or 4] of ``points`` [N, 2], or None if a flat paint does as well."""
+    sample = slice(None, None, -(-len(points) // REGIONS.paint_samples_max))
+    ramp = fit_ramp(points, colors, _stop_limit(tolerances), sample)
+    return None if ramp is None else refitted(ramp, points, colors)
 
 
 def _shared_ramp(

@@ -92,6 +92,13 @@ class Paints:
         _, first, same = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         return first[same.ravel()]
 
+    def first_equal_ramp(self) -> Integers32:
+        """Return the first paint [K] that is the same ramp as each, or its own number for flat ones."""
+        rows = np.column_stack([getattr(self, name).reshape(len(self), -1) for name in FIELDS])
+        _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        own = np.arange(len(self), dtype=np.int32)
+        return np.where(self.kind == FLAT, own, first[group.ravel()]).astype(np.int32)
+
     def mean_opacity(self) -> Floats32:
         """Return the opacity of each paint [K], of a gradient the mean of those of its stops."""
         is_used = np.arange(STOPS_MAX) < self.count[:, None]

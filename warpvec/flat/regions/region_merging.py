@@ -11,7 +11,7 @@ from warpvec.flat.regions.assignment import Assignment, colors_of, unmix
 from warpvec.flat.regions.hairlines import keep_hairlines
 from warpvec.flat.regions.label_areas import areas_of, most_contact
 from warpvec.flat.regions.noise import Tolerances
-from warpvec.flat.regions.paints import FIELDS, Paints
+from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.specks import SpeckLimits, specks_of
 from warpvec.flat.regions.unmixing import triple_shares
@@ -28,7 +28,7 @@ def pool_paints(paints: Paints, area: Places, tolerances: Tolerances) -> Integer
     """Return for each of K paints the number of the paint that it is drawn with: that of the largest area alike."""
     values = paints.premultiplied().astype(np.float32)
     seen = values @ tolerances.metric
-    pool, shows = _equal_ramps(paints), paints.opacity > 0
+    pool, shows = paints.first_equal_ramp(), paints.opacity > 0
     leaders, count = np.empty(len(paints), np.int32), 0
     seen_leaders = np.empty((seen.shape[1], len(paints)), np.float32)  # a row a channel: its largest is found faster
     looks = [*zip(map(bytes, seen), shows.tolist(), strict=True)]
@@ -49,14 +49,6 @@ def pool_paints(paints: Paints, area: Places, tolerances: Tolerances) -> Integer
             leader_of[looks[index]] = index
             count += 1
     return pool
-
-
-def _equal_ramps(paints: Paints) -> Integers32:
-    """Return for each of K paints the number of the first that is the same ramp, or its own."""
-    rows = np.column_stack([getattr(paints, name).reshape(len(paints), -1) for name in FIELDS])
-    _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    own = np.arange(len(paints), dtype=np.int32)
-    return np.where(paints.kind == FLAT, own, first[group.ravel()]).astype(np.int32)
 
 
 def merge_regions(

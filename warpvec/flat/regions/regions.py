@@ -14,6 +14,7 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import assign
 from warpvec.flat.regions.lettering import with_lettering
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
+from warpvec.flat.regions.noisy_ramps import with_noisy_ramps
 from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
@@ -97,6 +98,9 @@ def find_regions(
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
+    if tolerances.noise > 0:
+        behind = find_canvas(assignment.label, paints)
+        paints = with_noisy_ramps(straight, assignment, paints, tolerances, behind, watch)
     is_lettering = None
     # Blur and noise mix more than two paints in a pixel.
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
