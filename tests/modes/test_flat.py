@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import signal
 from dataclasses import replace
@@ -25,6 +26,7 @@ from warpvec.flat.regions import regions
 from warpvec.modes import choice
 from warpvec.modes.flat import on_paper
 from warpvec.svg.measure import draw as draw_svg
+from warpvec.svg.resvg import rasterize
 from warpvec.svg.write import write_svg
 from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Watch
@@ -280,3 +282,35 @@ def test_paper_is_white_or_left_out() -> None:
     on_navy = replace(kept.scene, background=torch.tensor([0.0, 0.0, 0.5]))
     assert on_paper(on_navy, "keep") is on_navy
     assert not on_paper(replace(on_navy, transparent=True), "keep").transparent
+
+
+def small_logo(ground: str) -> NDArray[np.uint8]:
+    """Return a face of 110 px with a magenta mouth on white, saved as JPEG, enlarged, and saved as JPEG again."""
+    face = f"""<svg xmlns="http://www.w3.org/2000/svg" width="256" height="256">
+        <rect width="256" height="256" fill="#fff"/><circle cx="128" cy="132" r="105.3" fill="{ground}"/>
+        <path d="M40,60L70,18L110,45Z" fill="#b6885a"/>
+        <circle cx="90" cy="110" r="16" fill="#010101"/><rect x="150.4" y="95.3" width="37" height="22" fill="#4fb5e1"/>
+        <path d="M75,170Q128,215 185,165" stroke="#c2185b" stroke-width="7" fill="none"/></svg>"""
+    small = Image.fromarray(rasterize(face, sandboxed=False)).resize((110, 110), Image.Resampling.BOX)
+    large = as_jpeg(small, 75).resize((256, 256), Image.Resampling.BICUBIC)
+    return np.asarray(as_jpeg(large, 80))
+
+
+def as_jpeg(image: Image.Image, quality: int) -> Image.Image:
+    """Return ``image`` as it comes back from a JPEG."""
+    file = io.BytesIO()
+    image.save(file, "JPEG", quality=quality)
+    return Image.open(file)
+
+
+def test_a_thin_line_that_jpeg_darkens_keeps_its_color() -> None:
+    drawn = warpvec.vectorize(small_logo("#ffcd88"))
+    assert drawn.metrics["mode"] == "flat"
+    magenta = torch.tensor([194.0, 24.0, 91.0]) / 255.0
+    assert float((drawn.scene.color - magenta).abs().amax(1).min()) < 40.0 / 255.0
+
+
+def test_ringing_of_a_jpeg_does_not_tint_the_paper() -> None:
+    assert (
+        '<rect id="background" width="256" height="256" fill="#fff"/>' in warpvec.vectorize(small_logo("#1a7cf9")).svg()
+    )

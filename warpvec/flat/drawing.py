@@ -55,12 +55,14 @@ class FlatOutlines(NamedTuple):
         fitted: the paths that the settings allow, fitted to the picture.
         roughly: number of parts of the picture that they show only roughly, or not at all, by their name: "area",
             "gradient" and "small word".
+        noise: noise of the picture, in [0, 1].
     """
 
     traced: Scene
     picture: Tensor
     fitted: Scene
     roughly: dict[str, int]
+    noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,8 @@ class FlatDrawing:
         traced = replace(traced, generation=torch.arange(len(traced)))
         fewer = with_fewer_paths(traced, self.critic, self.config.curves)
         roughly["area"] = roughly.get("area", 0) + len(traced) - len(fewer)
-        return FlatOutlines(traced, self.picture, self._polished(fewer, DRAWING.first_iterations), roughly)
+        noise = self._found[1].noise if self.tracing is None else 0.0
+        return FlatOutlines(traced, self.picture, self._polished(fewer, DRAWING.first_iterations), roughly, noise)
 
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return the drawing with the nodes and paths that show at ``detail`` pixels, and what it leaves out.
@@ -233,9 +236,11 @@ class FlatDrawing:
         """Return ``scene`` with the colours of the regions, where the fitted ones hardly differ or paths share one."""
         traced = self.outlines.traced
         color = traced.color[scene.generation]
-        snap = math.inf if self.config.colors or self.config.palette else DRAWING.snap
+        is_bound = bool(self.config.colors or self.config.palette)
+        snap = math.inf if is_bound else max(DRAWING.snap, DRAWING.snap_noise * self.outlines.noise)
         is_shared = (color[:, None] == color[None]).all(2).sum(1) > 1
-        is_near = is_shared | ((scene.color - color).abs().amax(1) <= snap)
+        limit = torch.where(is_shared, max(snap, DRAWING.snap_shared), snap)
+        is_near = (scene.color - color).abs().amax(1) <= limit
         for gradients, rows in ((scene.gradients, slice(None)), (traced.gradients, scene.generation)):
             if gradients is not None:
                 is_near &= (gradients.kind == FLAT)[rows]

@@ -78,8 +78,9 @@ class RegionConstants:
     four shaded icons of quality 80, the colour error falls from 0.339 to 0.260. With twice as much, which parts of
     like colours do not stand, one of them loses a shape, and the error is 0.289."""
 
-    jpeg_end: float = 2.5 / 255
-    """A paint of a JPEG of which all channels are nearer to 0 is black, and to 1 white: its steps hide as much."""
+    noisy_end: float = 2.5 / 255
+    """A flat paint of a noisy picture of which all channels are nearer to 0 is black, and to 1 white: the steps of a
+    JPEG hide as much."""
 
     noise_max: float = 12 / 255
     """The noisiest pictures are taken for this noisy, so that the tolerances stay below the contrast of drawings."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -91,6 +91,14 @@ class Paints:
         keys = np.column_stack([self.premultiplied(), own])
         _, first, same = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         return first[same.ravel()]
+
+    def with_whole_ends(self, limit: float) -> Paints:
+        """Return the paints with black and white in place of flat ones all of whose channels are within ``limit``."""
+        color, end_color = self.color.copy(), self.end_color.copy()
+        for whole in (0.0, 1.0):
+            is_near = (self.kind == FLAT) & (np.abs(color - whole) <= limit).all(1)
+            color[is_near] = end_color[is_near] = whole
+        return replace(self, color=color, end_color=end_color)
 
     def first_equal_ramp(self) -> Integers32:
         """Return the first paint [K] that is the same ramp as each, or its own number for flat ones."""

@@ -42,6 +42,7 @@ class Regions:
         canvas: region that fills the canvas behind all others; None if the picture has no such region.
         is_lettering: words of small thin marks [K]; None for no such regions. They need not be connected, and may have
             the smaller share of most of their pixels.
+        noise: noise of the picture, in [0, 1]; 0 if it is clean.
     """
 
     label: Integers32
@@ -50,6 +51,7 @@ class Regions:
     paints: Paints
     canvas: int | None = None
     is_lettering: Mask | None = None
+    noise: float = 0.0
 
     def __len__(self) -> int:
         return len(self.paints)
@@ -100,7 +102,9 @@ def find_regions(
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
     if tolerances.noise > 0:
         behind = find_canvas(assignment.label, paints)
-        paints = with_noisy_ramps(straight, assignment, paints, tolerances, behind, watch)
+        paints = with_noisy_ramps(straight, assignment, paints, tolerances, behind, watch).with_whole_ends(
+            REGIONS.noisy_end
+        )
     is_lettering = None
     # Blur and noise mix more than two paints in a pixel.
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
@@ -109,7 +113,7 @@ def find_regions(
             picture, assignment, paints, tolerances, min_area, limits.clear_area
         )
     label, other, share = assignment.label, assignment.other, assignment.share
-    return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering)
+    return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering, tolerances.noise)
 
 
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:

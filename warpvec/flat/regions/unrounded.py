@@ -7,8 +7,6 @@ once more.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from warpvec.arrays import Floats32
@@ -16,7 +14,6 @@ from warpvec.condition.jpeg import Jpeg, steps_of
 from warpvec.condition.unrounding import JpegRounding
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.regions import Regions, find_regions
-from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -43,14 +40,4 @@ def before_jpeg(
         drawn = 255.0 * regions.mixed()[..., :3].astype(np.float64)
         before = np.asarray(rounding.nearest(drawn) / 255.0, np.float32)
         regions = find_regions(before, min_area, watch, noise_min=noise)
-    return before, _with_whole_black(regions)
-
-
-def _with_whole_black(regions: Regions) -> Regions:
-    """Return ``regions`` with black and white in place of flat paints that JPEG cannot tell from them."""
-    color, end_color = regions.paints.color.copy(), regions.paints.end_color.copy()
-    is_flat = regions.paints.kind == FLAT
-    for whole in (0.0, 1.0):
-        is_near = is_flat & (np.abs(color - whole) <= REGIONS.jpeg_end).all(1)
-        color[is_near] = end_color[is_near] = whole
-    return replace(regions, paints=replace(regions.paints, color=color, end_color=end_color))
+    return before, regions
