@@ -3,7 +3,7 @@
     python bench/strangers.py DRAWINGS PHOTOS
 
 The folders hold PNG files, or folders of them. Each picture becomes ten copies; a photo three ovals on white, too. Flat
-art is drawn in full, as auto may refuse it afterwards. A drawing is wrong as a photo; a photo is wrong
+art is drawn in full, as auto may refuse it afterwards. A drawing is wrong as a photo or mixed; a photo is wrong
 as anything else than a photo or mixed; an oval is wrong as flat art.
 """
 
@@ -89,7 +89,7 @@ def copies(kind: str, paths: list[Path]) -> Iterator[tuple[str, str, Image.Image
 
 
 RIGHT = {
-    "drawing": ("flat", "mono", "pixel", "lines", "mixed"),
+    "drawing": ("flat", "mono", "pixel", "lines"),
     "photo": ("photo", "mixed"),
     "oval": ("photo", "mixed"),
 }
