@@ -11,6 +11,7 @@ from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
+from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.regions import (
     NotFlatArtError,
     Regions,
@@ -110,3 +111,19 @@ def test_regions_explain_a_drawing_as_jpeg_but_no_texture() -> None:
     require_explained_parts(flat, MODE_CHOICE.unexplained_max)
     with pytest.raises(NotFlatArtError, match="levels of it unexplained"):
         require_explained_parts(np.tile(texture, (3, 4, 1)), MODE_CHOICE.unexplained_max)
+
+
+def test_few_regions_may_leave_more_than_many() -> None:
+    row, column = np.indices((64, 64))
+    ripple = (np.where((row + column) % 2, 6.0, -6.0) / 255.0).astype(np.float32)[..., None]
+
+    def check(side: int) -> None:
+        label = (row // side * (64 // side) + column // side).astype(np.int32)
+        values = np.random.default_rng(0).uniform(0.2, 0.8, (label.max() + 1, 4)).astype(np.float32)
+        values[:, 3] = 1.0
+        found = Regions(label, label, np.ones((64, 64), np.float32), flat_paints(values))
+        require_explained(found, found.mixed()[..., :3] + ripple, MODE_CHOICE.unexplained_max)
+
+    check(32)
+    with pytest.raises(NotFlatArtError, match="6 levels of it unexplained"):
+        check(8)

@@ -119,13 +119,17 @@ def find_regions(
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
     """Refuse ``image`` [h, w, 3 or 4] if ``regions`` leave more than so many levels, a root mean square, unexplained.
 
-    Of a drawing they leave the traces of a JPEG, for example. Of a photo they leave the texture.
+    Of a drawing they leave the traces of a JPEG, for example. Of a photo they leave the texture. A few regions may
+    leave more: of a photo, they leave far more.
 
     Raises:
         NotFlatArtError: they leave more.
     """
-    if not math.isinf(unexplained_max):
-        _require(_unexplained(regions, image), unexplained_max)
+    if math.isinf(unexplained_max):
+        return
+    unexplained = _unexplained(regions, image)
+    are_few = len(regions) ** 0.5 * unexplained <= REGIONS.few_root_max
+    _require(unexplained, unexplained_max * (REGIONS.few_factor if are_few else 1.0))
 
 
 def require_few_edges(regions: Regions) -> None:
