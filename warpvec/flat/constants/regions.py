@@ -376,6 +376,10 @@ class RegionConstants:
     inside_area_min: int = 12
     """Fewer pixels inside a region say nothing about its paint."""
 
+    typical_max: float = 48 / 255
+    """Largest difference of a paint from the mean of the pixels inside its region. White lines whose region got pixels
+    of a red ground had 168 levels, the tip of a ramp that grew along it 30."""
+
     joint_area_min: int = 48
     joint_border_min: int = 4
     """Fewest pixels of a ramp over two regions, and fewest of these at their seam."""

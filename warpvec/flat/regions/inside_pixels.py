@@ -11,7 +11,6 @@ from warpvec.arrays import Floats, Floats32, Integers, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.color_moments import moments_of
-from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.ramp_joining import Pair, Shown
 from warpvec.geometry.paints.registry import FLAT
@@ -59,7 +58,7 @@ class InsidePixels:
             self.off[chosen],
         )  # fmt: skip
 
-    def are_typical(self, paints: Paints, tolerances: Tolerances) -> Mask:
+    def are_typical(self, paints: Paints) -> Mask:
         """Return which regions [K] have enough pixels inside them, and a paint that is about their mean.
 
         Others have got pixels by loose mixes.
@@ -68,7 +67,7 @@ class InsidePixels:
         areas = np.bincount(self.label[own], minlength=count)
         sums = np.stack([np.bincount(self.label[own], channel, count) for channel in self.off[own].T], 1)
         means = np.abs(sums / np.maximum(areas, 1)[:, None]).max(1)
-        return (areas >= REGIONS.inside_area_min) & (means <= REGIONS.loose * tolerances.paint)
+        return (areas >= REGIONS.inside_area_min) & (means <= REGIONS.typical_max)
 
     def areas(self, count: int) -> Integers:
         """Return the number of pixels inside each of ``count`` regions."""

@@ -34,7 +34,7 @@ def with_noisy_ramps(
         watch: the watch over the run. When it is over, the regions that are left stay.
     """
     inside = InsidePixels.of(image, assignment, paints)
-    is_chosen = inside.are_typical(paints, tolerances) & (paints.opacity == 1)
+    is_chosen = inside.are_typical(paints) & (paints.opacity == 1)
     if canvas is not None:
         is_chosen[canvas] = False
     inside = inside.of_regions(is_chosen)
