@@ -13,6 +13,12 @@ from scipy.ndimage import gaussian_filter
 WEB_SIDE, WEB_QUALITY = 400, 80
 """Longest side in px, and quality of the JPEG, of a picture of the web."""
 
+JPEG_SIDE, JPEG_QUALITY = 256, 50
+"""The same of a picture that was saved too often."""
+
+SMALL_SIDE, SMALL_QUALITY, ENLARGED_QUALITY = 110, 75, 80
+"""Longest side in px, and quality, of a small JPEG, and quality of the JPEG that it is enlarged to."""
+
 BLUR_SIGMA = 1.0
 """Sigma in px."""
 
@@ -22,11 +28,30 @@ NOISE_SIGMA = 5.0
 
 def web(pixels: Pixels) -> Pixels:
     """Reduce ``pixels`` [h, w, 3] by bicubic interpolation, and save them as JPEG with half the chroma."""
-    image = Image.fromarray(pixels)
-    scale = WEB_SIDE / max(image.size)
+    return as_jpeg(resized(Image.fromarray(pixels), WEB_SIDE), WEB_QUALITY)
+
+
+def jpeg(pixels: Pixels) -> Pixels:
+    """Reduce ``pixels`` [h, w, 3], and save them as a poor JPEG."""
+    return as_jpeg(resized(Image.fromarray(pixels), JPEG_SIDE), JPEG_QUALITY)
+
+
+def small(pixels: Pixels) -> Pixels:
+    """Save ``pixels`` [h, w, 3] as a small JPEG, enlarge it by bicubic interpolation, and save that as JPEG."""
+    tiny = Image.fromarray(as_jpeg(resized(Image.fromarray(pixels), SMALL_SIDE), SMALL_QUALITY))
+    return as_jpeg(resized(tiny, JPEG_SIDE), ENLARGED_QUALITY)
+
+
+def resized(image: Image.Image, side: int) -> Image.Image:
+    """Return ``image`` with a longest side of ``side`` px."""
+    scale = side / max(image.size)
+    return image.resize((round(scale * image.width), round(scale * image.height)), Image.Resampling.BICUBIC)
+
+
+def as_jpeg(image: Image.Image, quality: int) -> Pixels:
+    """Return ``image`` as it comes back from a JPEG."""
     file = io.BytesIO()
-    size = (round(scale * image.width), round(scale * image.height))
-    image.resize(size, Image.Resampling.BICUBIC).save(file, "JPEG", quality=WEB_QUALITY)
+    image.save(file, "JPEG", quality=quality)
     return np.asarray(Image.open(file))
 
 
@@ -42,4 +67,6 @@ def noise(pixels: Pixels) -> Pixels:
     return np.round((pixels + added).clip(0, 255)).astype(np.uint8)
 
 
-DAMAGES: dict[str, Callable[[Pixels], Pixels]] = {"web": web, "blur": blur, "noise": noise}
+DAMAGES: dict[str, Callable[[Pixels], Pixels]] = {
+    "web": web, "blur": blur, "noise": noise, "jpeg": jpeg, "small": small,
+}  # fmt: skip

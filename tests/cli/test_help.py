@@ -84,7 +84,9 @@ def test_mistyped_commands_and_options_are_suggested(tmp_path: Path) -> None:
     (tmp_path / "photo").touch()
     assert_refused(invoke(tmp_path / "photo"), f"did you mean `warpvec run {tmp_path / 'photo'}`?")
     assert_refused(invoke("evla", "photo.png"), "did you mean `warpvec eval`?")
-    assert_refused(invoke("trace"), "no command is called 'trace'; see warpvec --help for the commands")
+    assert_refused(invoke("zigzag"), "no command is called 'zigzag'; see warpvec --help for the commands")
+    assert_refused(invoke("vectorize", "a.png"), "no command is called 'vectorize'; did you mean `warpvec run`?")
+    assert_refused(invoke("view", "-o", "a.html"), "No such option '-o'. See warpvec view --help.")
     assert_refused(invoke("run", "--colour"), "No such option '--colour'", "--colors")
     assert_refused(invoke("--fast"), "--fast")
 

@@ -208,7 +208,7 @@ def test_mistakes_in_a_file_are_reported_in_one_line(photo: Path, text: str, wor
         (["--colors", "257"], ["--colors must be", "from 0 to 256"]),
         (["--colors", "3", "--palette", "#123"], ["--colors must be 0 with a palette"]),
         (["--palette", "#12345"], ["--palette must be colours"]),
-        (["--palette", "red,crimsn"], ["--palette must be colours", "or a file of them, got 'red,crimsn'"]),
+        (["--palette", "red,crimsn"], ["--palette must be colours", "or a file of them, got 'red,crimsn'", "neither"]),
         (["--opacity", "0.5"], ["--opacity must be one of free, common, opaque"]),
         (["--min-area", "-1"], ["--min-area must be"]),
         (["--opaque", "--opacity", "free"], ["--opaque must not be given with --opacity free; leave one of them out"]),

@@ -106,12 +106,17 @@ _SURPLUS = "Got unexpected extra argument"
 
 
 def _hint(error: click.ClickException) -> str:
-    """Return the end of the message about a missing or surplus argument, which names the help of the command."""
-    is_about_number = isinstance(error, click.MissingParameter) or error.message.startswith(_SURPLUS)
-    if not isinstance(error, click.UsageError) or error.ctx is None or not is_about_number:
+    """Return the end of the message about arguments and options of the wrong names or number: the command's help."""
+    is_unlike = isinstance(error, click.NoSuchOption) and not error.possibilities
+    is_about_usage = isinstance(error, click.MissingParameter) or error.message.startswith(_SURPLUS) or is_unlike
+    if not isinstance(error, click.UsageError) or error.ctx is None or not is_about_usage:
         return ""
     stop = "" if error.format_message().endswith(".") else "."
     return f"{stop} See warpvec {error.ctx.info_name} --help."
+
+
+_OTHER_NAMES = ("convert", "draw", "trace", "vectorise", "vectorize")
+"""Names that other programs and languages have for the command run."""
 
 
 def _suggestion(args: list[str]) -> str:
@@ -121,7 +126,7 @@ def _suggestion(args: list[str]) -> str:
     if is_drawing or is_picture or os.path.isfile(path):
         command = "view" if is_drawing else "run"
         return f"did you mean `{shlex.join(['warpvec', command, *args])}`?"
-    similar = get_close_matches(args[0], _COMMANDS, n=1)
+    similar = ["run"] if args[0] in _OTHER_NAMES else get_close_matches(args[0], _COMMANDS, n=1)
     return f"did you mean `warpvec {similar[0]}`?" if similar else "see warpvec --help for the commands"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from typing import Any
 
@@ -62,6 +63,8 @@ def _colors_in(path: str) -> list[str]:
         InputError: the file cannot be read, has no colours, or is a list with a word that is not a colour.
     """
     kind = "colours such as red,#a0b1c2, or a file of them"
+    if not os.path.lexists(path):
+        raise InputError("palette", f"must be {kind}", f"{show(path)}, which is neither", "check the word or the path")
     text = read_file(path, MAX_PALETTE_BYTES, "palette", kind).decode("utf-8-sig", errors="replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     entries = [entry.split() for entry in re.split(r"[,;\n]", _COMMENT.sub("", text)) if entry.strip()]
