@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Floats32, Integers, Integers32, Mask
+from warpvec.arrays import Floats, Floats32, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.color_moments import moments_of
@@ -69,14 +69,13 @@ class InsidePixels:
         means = np.abs(sums / np.maximum(areas, 1)[:, None]).max(1)
         return (areas >= REGIONS.inside_area_min) & (means <= REGIONS.typical_max)
 
-    def areas(self, count: int) -> Integers:
-        """Return the number of pixels inside each of ``count`` regions."""
-        return np.asarray(np.bincount(self.label[self.first == self.second], minlength=count), np.int64)
-
-    def of_region(self, name: int) -> tuple[Floats, Floats]:
-        """Return the centres [M, 2] and colours [M, 3] of the pixels inside one region."""
-        own = (self.first == name) & (self.second == name)
-        return self.points[own], self.colors[own]
+    def of_each_region(self) -> dict[int, tuple[Floats, Floats]]:
+        """Return the centres [M, 2] and colours [M, 3] of the pixels inside each region that has some."""
+        inside = np.flatnonzero(self.first == self.second)
+        order = inside[np.argsort(self.label[inside], kind="stable")]
+        names, starts = np.unique(self.label[order], return_index=True)
+        parts = np.split(order, starts[1:])
+        return {name: (self.points[part], self.colors[part]) for name, part in zip(names.tolist(), parts, strict=True)}
 
     def shown(self, paints: Paints) -> tuple[dict[int, Shown], dict[Pair, Shown]]:
         """Return how well ``paints`` show the pixels inside regions, and those at the seams of two."""

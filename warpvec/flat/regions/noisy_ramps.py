@@ -41,13 +41,14 @@ def with_noisy_ramps(
     union = join_regions(*inside.shown(paints), len(paints), watch)
     is_joined = np.bincount(union, minlength=len(paints)) > 1
     _rename(assignment, union)
-    inside = InsidePixels.of(image, assignment, paints).of_regions(is_chosen)
-    for name in np.unique(inside.label).tolist():
-        points, colors = inside.of_region(name)
+    pixels = InsidePixels.of(image, assignment, paints).of_regions(is_chosen).of_each_region()
+    for name, (points, colors) in pixels.items():
+        if watch.is_over():
+            break
         if paints.kind[name] == FLAT or is_joined[name]:
             ramp = _ramp_of(points, colors, tolerances, must_have_one=bool(is_joined[name]))
             paints = paints if ramp is None else paints.replaced(name, ramp.paint(1.0))
-    paints = _with_shared_ramps(paints, inside, tolerances)
+    paints = _with_shared_ramps(paints, pixels, tolerances)
     _rename(assignment, _alike_neighbors(assignment.label, paints))
     return _without_unused(assignment, paints)
 
@@ -70,17 +71,19 @@ def _ramp_of(points: Floats, colors: Floats, tolerances: Tolerances, *, must_hav
     return ramp if must_have_one or (is_seen and pays) else None
 
 
-def _with_shared_ramps(paints: Paints, inside: InsidePixels, tolerances: Tolerances) -> Paints:
-    """Return ``paints`` with the ramp of a large region in place of those of small ones that it shows about as well."""
+def _with_shared_ramps(paints: Paints, pixels: dict[int, tuple[Floats, Floats]], tolerances: Tolerances) -> Paints:
+    """Return ``paints`` with the ramp of a large region in place of those of small ones that it shows about as well.
+
+    ``pixels`` are the centres [M, 2] and colours [M, 3] of the pixels inside each region.
+    """
     limit = REGIONS.flat_deviation + REGIONS.noise_deviation * tolerances.noise
-    areas = inside.areas(len(paints))
-    order = np.argsort(-areas, kind="stable")
-    is_large = areas >= REGIONS.noisy_ramp_area_min
-    large = [name for name in order if is_large[name] and paints.kind[name] != FLAT]
-    for name in order[(areas[order] > 0) & ~is_large[order]]:
-        points, colors = inside.of_region(name)
+    order = sorted(pixels, key=lambda name: (-len(pixels[name][0]), name))
+    large = [name for name in order if len(pixels[name][0]) >= REGIONS.noisy_ramp_area_min]
+    givers = [name for name in large if paints.kind[name] != FLAT]
+    for name in order[len(large) :]:
+        points, colors = pixels[name]
         most = max(limit, REGIONS.joint_shared * _error(paints, name, points, colors))
-        giver = next((each for each in large if _error(paints, each, points, colors) <= most), None)
+        giver = next((each for each in givers if _error(paints, each, points, colors) <= most), None)
         if giver is not None:
             paints = paints.replaced(name, paints.select(np.array([giver])))
     return paints
