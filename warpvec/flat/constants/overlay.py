@@ -86,6 +86,10 @@ class OverlayConstants:
     explained_min: float = 0.93
     """Largest difference of a pixel from its mix of ink and ground, and the least share of pixels within it."""
 
+    purest_min: float = 0.75
+    """Least share of ink in the purest pixel of a word whose ink is known from another one: strokes of letters of 10 px
+    are 0.9 px wide."""
+
     least_share: float = 0.02
     """Share of ink in a pixel below which there is none."""
 

@@ -241,6 +241,11 @@ class SimplificationConstants:
     round_distance_max: float = 1.3
     """Root mean square and maximum of the distance in pixels between such an outline and its circle."""
 
+    round_rough_min: float = 0.25
+    round_centers_apart: float = 1.0
+    """Largest distance in pixels of an outline from its circle from which it counts as rough, and by how much the
+    centres of the rounds of a ring may lie apart. The usual fit finds circles that are traced well."""
+
     round_loops_max: int = 2
     """Most loops of a path whose loops may become circles: a ring has two, and words have more."""
 

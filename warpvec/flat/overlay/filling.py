@@ -37,7 +37,7 @@ class _Side(NamedTuple):
 
 def filled(picture: Floats32, hidden: Mask, ink: Floats32) -> Floats32:
     """Return ``picture`` [h, w, C] with what lies below marks of one ``ink`` [C] in the ``hidden`` pixels [h, w]."""
-    places = np.nonzero(hidden)
+    places = _places_of(hidden)
     sides = _side(picture, hidden, places, 1.0), _side(picture, hidden, places, -1.0)
     near, far = (np.where(np.isfinite(side.distance), side.distance, 1.0) for side in sides)
     share = (far / (near + far))[..., None]
@@ -50,6 +50,11 @@ def filled(picture: Floats32, hidden: Mask, ink: Floats32) -> Floats32:
     result = picture.copy()
     result[places] = color[np.arange(len(chosen)), chosen]
     return result
+
+
+def _places_of(mask: Mask) -> tuple[Places, Places]:
+    rows, columns = np.nonzero(mask)
+    return rows, columns
 
 
 def ink_share(pixels: Floats32, ground: Floats32, ink: Floats32) -> Floats32:
@@ -71,7 +76,7 @@ def _side(picture: Floats32, hidden: Mask, places: tuple[Places, Places], way: f
     rows, columns = (place.astype(np.float32)[:, None] for place in places)
     known = (~hidden).astype(np.float32)
     distance = np.full((len(rows), OVERLAY.directions), np.inf, np.float32)
-    for step in np.arange(1.0, OVERLAY.reach + OVERLAY.step, OVERLAY.step, np.float32):
+    for step in np.arange(1.0, OVERLAY.reach + OVERLAY.step, OVERLAY.step):
         is_shown = _sampled(known, rows + step * y_step, columns + step * x_step) > 0.999
         distance[is_shown & np.isinf(distance)] = step
     reached = np.where(np.isfinite(distance), distance, 0.0)
@@ -81,7 +86,7 @@ def _side(picture: Floats32, hidden: Mask, places: tuple[Places, Places], way: f
     x = (columns + reached * x_step)[..., None] - across * (way * y_step)[:, None]
     weight = _sampled(known, y, x)
     channels = [_sampled(known * picture[..., channel], y, x) for channel in range(picture.shape[-1])]
-    profile = np.stack(channels, -1) / np.maximum(weight, 1e-6)[..., None]
+    profile = (np.stack(channels, -1) / np.maximum(weight, 1e-6)[..., None]).astype(np.float32)
     return _Side(distance, profile, (weight > 0.5) & np.isfinite(distance)[..., None])
 
 

@@ -63,8 +63,8 @@ def rows_of(share: Floats32) -> Iterator[Row]:
 
 def _groups(boxes: Integers) -> Integers:
     """Return the row [n] of each of the ``boxes`` [n, 4]."""
-    boxes = boxes.astype(np.float32)
-    first, second = np.nonzero(are_close(boxes[:, None], boxes))
+    places = boxes.astype(np.float32)
+    first, second = np.nonzero(are_close(places[:, None], places))
     return connected_parts(first, second, len(boxes))
 
 

@@ -12,14 +12,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats32, Mask
+from warpvec.arrays import Floats32, Integers32, Mask
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.overlay import OVERLAY
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.overlay.filling import filled, ink_share
 from warpvec.flat.overlay.marks import Row, mean_ground, rows_of
+from warpvec.flat.regions.islands import find_grounds
 from warpvec.flat.regions.noise import measure_tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
+from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.regions import Regions, premultiplied
 from warpvec.geometry.paints.registry import FLAT
 
@@ -57,65 +59,61 @@ def find_overlay(image: Floats32, regions: Regions) -> Overlay | None:
     picture = premultiplied(image)
     if (picture[..., 3] < 1.0).any():
         return None
-    shown = _shown_grounds(picture, regions)
-    inks = _inks(picture[..., :3], regions, shown)
-    if not len(inks) or not _is_plain(picture):
+    inks = _inks(picture[..., :3], regions)
+    tolerances = measure_tolerances(picture) if len(inks) else None
+    if tolerances is None or tolerances.noise > LETTERING.noise_max or tolerances.reach > REGIONS.sharp_reach:
         return None
-    found = list(_words(picture[..., :3].copy(), inks, shown))
+    grounds = find_grounds(picture, regions.label, regions.paints, tolerances).all
+    if regions.is_lettering is not None:
+        grounds[regions.is_lettering[regions.label]] = NONE
+    found = list(_words(picture[..., :3].copy(), inks, grounds))
     if not found:
         return None
     ground = picture[..., :3].copy()
     for word in found:
         has_ink = word.share > 0.0
         ground[word.row.window][has_ink] = word.ground[has_ink]
-    return Overlay(_regions_of(found, image.shape[:2]), ground)
+    return Overlay(_regions_of(found, regions.label.shape), ground)
 
 
-def _is_plain(picture: Floats32) -> bool:
-    tolerances = measure_tolerances(picture)
-    return tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
-
-
-def _shown_grounds(picture: Floats32, regions: Regions) -> Mask:
-    """Return the pixels [h, w] that show nothing but a large region."""
-    size = np.bincount(regions.label.ravel(), minlength=len(regions))
-    is_large = size >= LETTERING.ground_area_min
-    if regions.is_lettering is not None:
-        is_large &= ~regions.is_lettering
-    y, x = np.indices(regions.label.shape, np.float32) + np.float32(0.5)
-    is_pure = np.abs(picture - regions.paints.at(regions.label, x, y)).max(-1) <= REGIONS.paint[0] / 255
-    return np.asarray(is_pure & is_large[regions.label])
-
-
-def _inks(picture: Floats32, regions: Regions, shown: Mask) -> Floats32:
+def _inks(picture: Floats32, regions: Regions) -> Floats32:
     """Return the colours [n, 3] that may be inks: those of flat small regions and of words, the most frequent first."""
-    paints = regions.paints
-    is_ink = (paints.kind == FLAT)[regions.label] & ~shown
-    color = paints.color[regions.label]
-    is_ink &= _is_at(picture, color)
-    codes, counts = np.unique(np.round(255.0 * color[is_ink]).astype(np.int64) @ [65536, 256, 1], return_counts=True)
+    is_small = np.bincount(regions.label.ravel(), minlength=len(regions)) < LETTERING.ground_area_min
+    if regions.is_lettering is not None:
+        is_small |= regions.is_lettering
+    is_ink = (is_small & (regions.paints.kind == FLAT))[regions.label]
+    color = regions.paints.color[regions.label[is_ink]]
+    color = color[_is_at(picture[is_ink], color)]
+    codes, counts = np.unique(np.round(255.0 * color).astype(np.int64) @ [65536, 256, 1], return_counts=True)
     chosen = np.argsort(-counts, kind="stable")[: OVERLAY.inks_max]
     codes = codes[chosen][counts[chosen] >= OVERLAY.ink_pixels_min]
-    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], 1).astype(np.float32) / 255.0
+    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], 1).astype(np.float32) / np.float32(255)
 
 
-def _words(picture: Floats32, inks: Floats32, shown: Mask) -> Iterator[_Word]:
-    """Yield the words of each of the ``inks`` [n, 3] over several grounds; ``picture`` [h, w, 3] loses them."""
+def _words(picture: Floats32, inks: Floats32, grounds: Integers32) -> Iterator[_Word]:
+    """Yield the words of the ``inks`` [n, 3] over several ``grounds`` [h, w]; ``picture`` [h, w, 3] loses them.
+
+    Rows that show their ink come first. Where it is known from these, others need not show it.
+    """
     around = mean_ground(picture)
     for ink in inks:
         is_apart = np.linalg.norm(ink - around, axis=-1) >= OVERLAY.contrast_min
-        for row in rows_of(np.where(is_apart, ink_share(picture, around, ink), 0.0)):
-            word = _word(picture, row, ink, shown[row.window])
+        rows = list(rows_of(np.where(is_apart, ink_share(picture, around, ink), 0.0)))
+        shown = [_is_at(picture[row.window], ink)[row.core].sum() >= OVERLAY.row_pixels_min for row in rows]
+        is_known = False
+        for row, shows_ink in sorted(zip(rows, shown, strict=True), key=lambda each: not each[1]):
+            word = _word(picture, row, ink, grounds[row.window]) if shows_ink or is_known else None
             if word is not None:
+                is_known = True
                 picture[row.window] = word.ground
                 yield word
 
 
-def _word(picture: Floats32, row: Row, ink: Floats32, shown: Mask) -> _Word | None:
+def _word(picture: Floats32, row: Row, ink: Floats32, grounds: Integers32) -> _Word | None:
     """Return the word of a ``row``, if it lies over several grounds and these and its ink explain all of its pixels."""
     part = picture[row.window]
-    hidden = ndimage.binary_dilation(row.core, _EIGHT) & (row.core | ~shown)
-    if _is_at(part, ink)[row.core].sum() < OVERLAY.row_pixels_min or not _has_several_grounds(part, hidden, shown, ink):
+    hidden = ndimage.binary_dilation(row.core, _EIGHT) & (row.core | (grounds == NONE))
+    if not _has_several_grounds(part, hidden, grounds, ink):
         return None
     for _ in range(OVERLAY.rounds):
         ground = filled(part, hidden, ink)
@@ -123,7 +121,7 @@ def _word(picture: Floats32, row: Row, ink: Floats32, shown: Mask) -> _Word | No
         is_free = (share < OVERLAY.free_share_max) & (np.abs(part - ground).max(-1) < OVERLAY.free_error_max)
         hidden &= row.core | ~is_free
     rest = np.abs(part - ground - share[..., None] * (ink - ground)).max(-1)
-    if (rest[hidden] <= OVERLAY.rest_max).mean() < OVERLAY.explained_min:
+    if (rest[hidden] <= OVERLAY.rest_max).mean() < OVERLAY.explained_min or share.max() < OVERLAY.purest_min:
         return None
     return _Word(row, ink, np.where(share >= OVERLAY.least_share, share, 0.0), ground)
 
@@ -133,14 +131,13 @@ def _is_at(picture: Floats32, color: Floats32) -> Mask:
     return np.asarray(np.abs(picture - color).max(-1) <= REGIONS.paint[0] / 255)
 
 
-def _has_several_grounds(part: Floats32, hidden: Mask, shown: Mask, ink: Floats32) -> bool:
-    """Return whether the pixels beside those that are ``hidden`` [h, w] show several large regions, but no ``ink``."""
-    colors = part[ndimage.binary_dilation(hidden, _EIGHT, 2) & shown & ~hidden]
-    if (np.linalg.norm(colors - ink, axis=-1) < OVERLAY.contrast_min).sum() > OVERLAY.ring_ink_max * len(colors):
-        return False
-    codes = np.round(255.0 * colors).astype(np.int64) // 8 @ [65536, 256, 1]
-    counts = np.sort(np.unique(codes, return_counts=True)[1])
-    return len(counts) > 1 and bool(counts[:-1].sum() >= OVERLAY.ring_share_min * counts.sum())
+def _has_several_grounds(part: Floats32, hidden: Mask, grounds: Integers32, ink: Floats32) -> bool:
+    """Return whether the pixels beside those that are ``hidden`` [h, w] show several ``grounds``, but no ``ink``."""
+    beside = ndimage.binary_dilation(hidden, _EIGHT, 2) & (grounds != NONE) & ~hidden
+    is_ink = np.linalg.norm(part[beside] - ink, axis=-1) < OVERLAY.contrast_min
+    counts = np.sort(np.unique(grounds[beside], return_counts=True)[1])
+    is_apart = is_ink.sum() <= OVERLAY.ring_ink_max * len(is_ink)
+    return is_apart and bool(counts[:-1].sum() >= max(OVERLAY.ring_share_min * counts.sum(), 1))
 
 
 def _regions_of(words: list[_Word], shape: tuple[int, ...]) -> Regions:

@@ -7,9 +7,11 @@ thin ring. A fit of so rough an outline ends at a polygon. From a circle it ends
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
-import torch
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
@@ -29,47 +31,65 @@ _PARAMETERS = (np.arange(8) + 0.5) / 8
 """Parameters of the points along a segment that are compared with a circle."""
 
 
+class _Round(NamedTuple):
+    """A nearly round loop: its number, the circle of its area, whether it is clockwise, and how far it is off."""
+
+    loop: int
+    circle: Ellipse
+    is_clockwise: bool
+    off_max: float
+
+
 def with_small_rounds(scene: Scene, critic: Critic) -> Scene:
     """Return the traced ``scene`` with circles for small loops that are nearly round, unless the error rises.
 
-    Paths of many loops are words, whose letters stay alike.
+    These are loops that are roughly traced, and those that share their centre. Paths of many loops are words, whose
+    letters stay alike.
 
     Args:
         scene: a scene of cubics, as it was traced.
         critic: judges the changes against the image.
     """
-    found: dict[int, Floats] = {}
-    control = control_points(scene)
-    first, areas = (
-        scene.structure.loop_first_segment,
-        loop_areas(control, segment_loops(scene), scene.structure.loop_count),
-    )
-    counts = scene.structure.path_first_loop.diff()
-    is_simple = torch.repeat_interleave(counts <= SIMPLIFICATION.round_loops_max, counts.long())
-    for loop in torch.nonzero(is_simple).flatten().tolist():
-        circle = _circle(control[int(first[loop]) : int(first[loop + 1])], float(areas[loop]))
-        if circle is not None:
-            found[loop] = circle.segments(bool(areas[loop] > 0.0))
-    if not found:
+    rounds = list(_rounds(scene))
+    centers = np.array([(each.circle.x, each.circle.y) for each in rounds]).reshape(-1, 2)
+    is_rough = np.array([each.off_max >= SIMPLIFICATION.round_rough_min for each in rounds], bool)
+    if not is_rough.any():
         return scene
-    return accepted_loops(scene, found, critic, critic.samples(scene), SIMPLIFICATION.round_move)
+    apart = np.linalg.norm(centers[:, None] - centers[is_rough], axis=-1).min(1)
+    chosen = [each for each, far in zip(rounds, apart, strict=True) if far <= SIMPLIFICATION.round_centers_apart]
+    circles = {each.loop: each.circle.segments(each.is_clockwise) for each in chosen}
+    return accepted_loops(scene, circles, critic, critic.samples(scene), SIMPLIFICATION.round_move)
 
 
-def _circle(control: Floats, area: float) -> Ellipse | None:
+def _rounds(scene: Scene) -> Iterator[_Round]:
+    """Yield the nearly round small loops of paths of few loops."""
+    control, structure = control_points(scene), scene.structure
+    areas = loop_areas(control, segment_loops(scene), structure.loop_count).tolist()
+    first, paths = structure.loop_first_segment.tolist(), structure.path_first_loop.tolist()
+    for start, stop in pairwise(paths):
+        if stop - start <= SIMPLIFICATION.round_loops_max:
+            for loop in range(start, stop):
+                found = _round(loop, control[first[loop] : first[loop + 1]], areas[loop])
+                if found is not None:
+                    yield found
+
+
+def _round(loop: int, control: Floats, area: float) -> _Round | None:
     """Return the circle of the same ``area`` as a loop, if the loop is small and nearly that circle.
 
     Args:
-        control: control points of the segments of the loop [K, 4, 2].
-        area: area of the loop in square pixels; its sign is its direction.
+        loop: number of the loop.
+        control: control points of its segments [K, 4, 2].
+        area: its area in square pixels; the sign is its direction.
     """
     radius = math.sqrt(abs(area) / math.pi)
     if not SIMPLIFICATION.round_radius_min <= radius <= SIMPLIFICATION.round_radius_max:
         return None
     points = cubic_points(control, _PARAMETERS).reshape(-1, 2)
     lengths = np.linalg.norm(cubic_slopes(control, _PARAMETERS), axis=-1).reshape(-1)
-    centre = np.average(points, axis=0, weights=lengths)
-    off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
-    rms = math.sqrt(float(np.average(np.square(off), weights=lengths)))
-    if rms > SIMPLIFICATION.round_distance_rms or off.max() > SIMPLIFICATION.round_distance_max:
+    x, y = np.average(points, axis=0, weights=lengths).tolist()
+    off = np.abs(np.linalg.norm(points - (x, y), axis=1) - radius)
+    rms, most = math.sqrt(float(np.average(np.square(off), weights=lengths))), float(off.max())
+    if rms > SIMPLIFICATION.round_distance_rms or most > SIMPLIFICATION.round_distance_max:
         return None
-    return Ellipse(float(centre[0]), float(centre[1]), radius, radius, 0.0)
+    return _Round(loop, Ellipse(x, y, radius, radius, 0.0), area > 0.0, most)
