@@ -246,6 +246,10 @@ class SimplificationConstants:
     """Largest distance in pixels of an outline from its circle from which it counts as rough, and by how much the
     centres of the rounds of a ring may lie apart. The usual fit finds circles that are traced well."""
 
+    round_doubt_min: float = 0.5
+    """Least error in the box of an outline, as a share of what its move by ``round_move`` costs, from which its trace
+    is doubtful. Petals that are no circles have 0.1 (emoji_u1f33a), a ring of 1 px that became a polygon 1.6."""
+
     round_loops_max: int = 2
     """Most loops of a path whose loops may become circles: a ring has two, and words have more."""
 

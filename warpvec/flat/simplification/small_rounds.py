@@ -13,12 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.accepted_changes import accepted_loops
 from warpvec.flat.simplification.circles import Ellipse
 from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
 from warpvec.flat.simplification.outline_samples import (
+    OutlineSamples,
     control_points,
     cubic_points,
     cubic_slopes,
@@ -43,22 +45,33 @@ class _Round(NamedTuple):
 def with_small_rounds(scene: Scene, critic: Critic) -> Scene:
     """Return the traced ``scene`` with circles for small loops that are nearly round, unless the error rises.
 
-    These are loops that are roughly traced, and those that share their centre. Paths of many loops are words, whose
-    letters stay alike.
+    These are loops that are roughly traced and leave much unexplained, and those that share their centre. Paths of many
+    loops are words, whose letters stay alike.
 
     Args:
         scene: a scene of cubics, as it was traced.
         critic: judges the changes against the image.
     """
     rounds = list(_rounds(scene))
-    centers = np.array([(each.circle.x, each.circle.y) for each in rounds]).reshape(-1, 2)
     is_rough = np.array([each.off_max >= SIMPLIFICATION.round_rough_min for each in rounds], bool)
     if not is_rough.any():
         return scene
-    apart = np.linalg.norm(centers[:, None] - centers[is_rough], axis=-1).min(1)
+    samples = critic.samples(scene)
+    is_rough &= _are_doubtful(scene, [each.loop for each in rounds], critic, samples)
+    centers = np.array([(each.circle.x, each.circle.y) for each in rounds])
+    apart = np.linalg.norm(centers[:, None] - centers[is_rough], axis=-1).min(1, initial=np.inf)
     chosen = [each for each, far in zip(rounds, apart, strict=True) if far <= SIMPLIFICATION.round_centers_apart]
     circles = {each.loop: each.circle.segments(each.is_clockwise) for each in chosen}
-    return accepted_loops(scene, circles, critic, critic.samples(scene), SIMPLIFICATION.round_move)
+    return accepted_loops(scene, circles, critic, samples, SIMPLIFICATION.round_move) if circles else scene
+
+
+def _are_doubtful(scene: Scene, loops: list[int], critic: Critic, samples: OutlineSamples) -> Mask:
+    """Return which ``loops`` [n] leave much of the picture unexplained: the others were traced as they are."""
+    owner, count = segment_loops(scene), scene.structure.loop_count
+    low, high = (sides[loops] for sides in boxes_of(samples.control, owner, count))
+    allowed = critic.allowed(samples.worth, SIMPLIFICATION.round_move, SIMPLIFICATION.noise)
+    error = errors_in_boxes(critic.error(scene), low, high)
+    return np.asarray(error >= SIMPLIFICATION.round_doubt_min * np.bincount(owner, allowed, count)[loops])
 
 
 def _rounds(scene: Scene) -> Iterator[_Round]:
