@@ -123,6 +123,14 @@ class LetteringConstants:
     halvings: int = 10
     """Times that the range of the level which parts full from empty sub-pixels is halved: to 0.001."""
 
+    thin_line_max: float = 0.45
+    thin_line_inside: float = 0.15
+    thin_line_area: float = 32.0
+    """Share of a line that may lie in pixels that it fills, or be hidden, for it to be outlined so; pixels with four
+    neighbours in it, as a share of its area; and its least area in square pixels. The sides of roads of 0.8 px fill
+    0.15 to 0.4, have 0.1 inside at crossings, and 36 square pixels at least. What edges leave over has 3 to 31
+    (gif_vscode), and a blurred shape has 0.25 inside (blur2_puppet)."""
+
     loop_area_min: float = 0.25
     """Area in square pixels of the smallest loop of a thin part: the hole of an e of 10 px has 0.5."""
 
