@@ -34,6 +34,11 @@ class OverlayConstants:
     marks_max: int = 1024
     """Most marks of one ink: more are a texture."""
 
+    pixels_max: int = 32768
+    hidden_max: int = 6144
+    """Most pixels of marks that are tried in a picture, and most pixels of one row: more are a texture. A word of 10 px
+    has 150. They bound the time to half a minute, and the memory to 200 MB."""
+
     letters_min: int = 3
     letter_share_min: float = 0.5
     letter_height_min: int = 5

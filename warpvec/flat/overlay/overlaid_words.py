@@ -95,14 +95,17 @@ def _words(picture: Floats32, inks: Floats32, grounds: Integers32) -> Iterator[_
 
     Rows that show their ink come first. Where it is known from these, others need not show it.
     """
-    around = mean_ground(picture)
+    around, tried = mean_ground(picture), 0
     for ink in inks:
         is_apart = np.linalg.norm(ink - around, axis=-1) >= OVERLAY.contrast_min
         rows = list(rows_of(np.where(is_apart, ink_share(picture, around, ink), 0.0)))
         shown = [_is_at(picture[row.window], ink)[row.core].sum() >= OVERLAY.row_pixels_min for row in rows]
         is_known = False
         for row, shows_ink in sorted(zip(rows, shown, strict=True), key=lambda each: not each[1]):
-            word = _word(picture, row, ink, grounds[row.window]) if shows_ink or is_known else None
+            if not (shows_ink or is_known) or tried >= OVERLAY.pixels_max:
+                continue
+            tried += int(row.core.sum())
+            word = _word(picture, row, ink, grounds[row.window])
             if word is not None:
                 is_known = True
                 picture[row.window] = word.ground
@@ -113,7 +116,7 @@ def _word(picture: Floats32, row: Row, ink: Floats32, grounds: Integers32) -> _W
     """Return the word of a ``row``, if it lies over several grounds and these and its ink explain all of its pixels."""
     part = picture[row.window]
     hidden = ndimage.binary_dilation(row.core, _EIGHT) & (row.core | (grounds == NONE))
-    if not _has_several_grounds(part, hidden, grounds, ink):
+    if hidden.sum() > OVERLAY.hidden_max or not _has_several_grounds(part, hidden, grounds, ink):
         return None
     for _ in range(OVERLAY.rounds):
         ground = filled(part, hidden, ink)
