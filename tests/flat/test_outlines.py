@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 from flat_regions import box, disc, regions_of, split_regions
+from scipy import ndimage
 
 from warpvec.flat.curves.contours import signed_area
 from warpvec.flat.layers.outlines import outlines
@@ -114,3 +117,18 @@ def test_shape_that_is_cut_off_ends_at_the_border() -> None:
     (found,) = outlines((regions := regions_of([(disc(0, 48, 30), RED)])), stack(regions)[0])
     assert found.points.min() == 0.0
     assert abs(signed_area(found.points)) == pytest.approx(np.pi * 450, rel=0.01)
+
+
+def test_an_oblique_line_narrower_than_a_pixel_is_one_outline() -> None:
+    # Where it crosses from one column to the next, it has less than half of each pixel.
+    regions = regions_of([(lambda x, y: (np.abs(x - 20.2 - 0.11 * y) <= 0.44) & (y > 8) & (y < 88), RED)])
+    (layer,) = stack(regions)
+    assert len(outlines(regions, layer)) == 1
+
+
+def test_a_wide_soft_shape_is_outlined_as_others_are() -> None:
+    regions = regions_of([(box(20.4, 20.4, 70.6, 70.6), RED)])
+    share = ndimage.gaussian_filter((regions.label == 1).astype(np.float32), 12.0)
+    label = (share >= 0.5).astype(np.int32)
+    soft = replace(regions, label=label, other=1 - label, share=np.maximum(share, 1.0 - share))
+    assert all(outline.scale == 1.0 for outline in outlines(soft, stack(soft)[0]))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flat_regions import box, disc, regions_of, split_regions
@@ -92,3 +94,10 @@ def test_nothing_goes_on_beneath_translucent_paint() -> None:
     layers = stack(regions_of([(box(10, 10, 60, 60), RED), (disc(60, 40, 15), (0.0, 0.0, 1.0, 0.5))]))
     assert all(not layer.above or layer.above == {1} for layer in layers)
     assert np.all([2 not in layer.above for layer in layers])
+
+
+def test_a_word_in_the_paint_of_the_canvas_is_a_layer_and_no_hole() -> None:
+    regions = regions_of([(box(10, 10, 80, 80), BLUE), (box(30, 40, 32, 52), WHITE)], canvas=WHITE)
+    word = replace(regions, is_lettering=np.arange(len(regions)) == 2)
+    assert members(stack(regions)) == [(1,)]
+    assert members(stack(word)) == [(1,), (2,)]

@@ -17,6 +17,7 @@ from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.overlay.overlaid_words import Overlay, find_overlay
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import (
@@ -36,6 +37,7 @@ from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
+from warpvec.flat.simplification.small_rounds import with_small_rounds
 from warpvec.flat.simplification.whole_levels import with_whole_levels
 from warpvec.flat.strokes.recognition import find_strokes
 from warpvec.flat.strokes.stroke import set_apart, with_strokes
@@ -124,6 +126,7 @@ class FlatDrawing:
         traced = replace(traced, generation=torch.arange(len(traced)))
         fewer = with_fewer_paths(traced, self.critic, self.config.curves)
         roughly["area"] = roughly.get("area", 0) + len(traced) - len(fewer)
+        fewer = with_small_rounds(fewer, self.critic)
         noise = self._found[1].noise if self.tracing is None else 0.0
         return FlatOutlines(traced, self.picture, self._polished(fewer, DRAWING.first_iterations), roughly, noise)
 
@@ -177,7 +180,9 @@ class FlatDrawing:
         return torch.from_numpy(before), found
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
-        found = self._found[1]
+        found, overlay = self._found[1], self._overlay
+        if overlay is not None:
+            found = find_regions(overlay.ground, self.config.min_area, self.watch.ahead(DRAWING.share_after_tracing))
         fewer = with_fewer_regions(found, REGIONS.regions_max)
         regions = self._repainted(fewer)
         gradient_count = int((fewer.paints.kind != FLAT).sum()) - int((regions.paints.kind != FLAT).sum())
@@ -187,7 +192,19 @@ class FlatDrawing:
             "small word": small_word_count(found),
         }
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
-        return self._on_canvas(scene_of(regions, tolerance, watch=self.watch)), roughly
+        scene = self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
+        if overlay is not None:
+            roughly["small word"] += small_word_count(overlay.words)
+            scene = scene.joined(scene_of(overlay.words, tolerance, watch=self.watch))
+        return scene, roughly
+
+    @property
+    def _overlay(self) -> Overlay | None:
+        """The words over several grounds; None if there are none, or no time, or the colours are chosen."""
+        picture, found = self._found
+        has_colors = bool(self.config.colors) or self.config.palette is not None
+        is_over = self.watch.ahead(DRAWING.share_after_tracing).is_over()
+        return None if has_colors or is_over or self.blur > 0.0 else find_overlay(picture.numpy(), found)
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from flat_regions import box, coverage, disc
+from scipy import ndimage
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.curves.contours import signed_area
 from warpvec.flat.curves.curve_fitting import fit_enlarged
-from warpvec.flat.layers.fine_outlines import fine_contours_of
+from warpvec.flat.layers.fine_outlines import fine_contours_of, fine_coverage
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, 0.5])
@@ -53,3 +55,20 @@ def test_the_sides_of_a_stem_are_lines(columns: list[float]) -> None:
     covered[3:14, 3:5] = columns
     ((segments, is_line),) = fit_enlarged(fine_contours_of(covered), [LETTERING.scale])
     assert len(segments) == 4 and is_line.sum() >= 2
+
+
+def test_thin_oblique_strokes_side_by_side_stay_in_one_piece() -> None:
+    # A W of 7 px: with the ink of rows and columns alone, a stroke broke.
+    x, y = 6.25 + 9.3 / 4.0 * np.arange(5), 6.325 + 7.2 * (np.arange(5) % 2)
+    covered = coverage(lambda px, py: _distance(px, py, x, y) <= 0.5, 24, 20)
+    assert ndimage.label(fine_coverage(covered) > 0.5)[1] == 1
+
+
+def _distance(px: Floats, py: Floats, x: Floats, y: Floats) -> Floats:
+    """Return the distance of points from the line through ``x`` and ``y`` [n]."""
+    found = np.full(px.shape, np.inf)
+    for k in range(len(x) - 1):
+        right, down = x[k + 1] - x[k], y[k + 1] - y[k]
+        place = np.clip(((px - x[k]) * right + (py - y[k]) * down) / (right**2 + down**2), 0.0, 1.0)
+        found = np.minimum(found, np.hypot(px - x[k] - place * right, py - y[k] - place * down))
+    return found

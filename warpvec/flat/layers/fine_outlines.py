@@ -1,11 +1,13 @@
 """Outlines of thin parts on a grid finer than pixels: a stroke narrower than a pixel may cover no pixel by half.
 
 Each pixel has as much ink as its coverage says. Which of its sub-pixels have it, their surroundings tell: ink goes on
-beside ink, and rather along rows and columns, as sides of stems do. Source of the idea: sub-pixel mapping in remote
-sensing, Atkinson, 1997.
+beside ink, rather along a line, as strokes do, and in the end along rows and columns, as sides of stems do. Source of
+the idea: sub-pixel mapping in remote sensing, Atkinson, 1997.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from PIL import Image
@@ -17,6 +19,11 @@ from warpvec.flat.curves.contours import interpolated_contours
 
 _MARGIN = 2
 """Pixels around the coverage, so that the ink falls to nothing there."""
+
+_STEPS = range(-(LETTERING.line // 2), LETTERING.line // 2 + 1)
+_ANGLES = [math.pi * k / LETTERING.directions for k in range(LETTERING.directions)]
+_LINES = [[(round(step * math.sin(angle)), round(step * math.cos(angle))) for step in _STEPS] for angle in _ANGLES]
+"""Offsets of the sub-pixels of a line through one, down and right, for each direction."""
 
 
 def fine_contours_of(coverage: Floats) -> list[Floats]:
@@ -35,8 +42,8 @@ def fine_coverage(coverage: Floats) -> Floats:
     is_mixed = (whole > 0.0) & (whole < 1.0)
     pixels[~is_mixed] = whole[~is_mixed, None, None]  # a view of ``fine``
     share = whole[is_mixed][:, None]
-    for _ in range(LETTERING.rounds):
-        around = _surroundings(fine).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
+    for around_of in [_strokes] * LETTERING.rounds + [_surroundings]:
+        around = around_of(fine).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
         pixels[is_mixed] = _filled(around.reshape(len(share), LETTERING.fineness**2), share).reshape(around.shape)
     return fine.astype(np.float64)
 
@@ -46,6 +53,19 @@ def _enlarged(values: Floats32) -> Floats32:
     height, width = values.shape
     size = LETTERING.fineness * width, LETTERING.fineness * height
     return np.asarray(Image.fromarray(values).resize(size, Image.Resampling.BICUBIC))
+
+
+def _strokes(fine: Floats32) -> Floats32:
+    """Return how much ink is around each sub-pixel of ``fine`` [f h, f w], and on the line of most ink through it."""
+    reach = LETTERING.line // 2
+    wide, (height, width) = np.pad(fine, reach), fine.shape
+    most = np.zeros_like(fine)
+    for line in _LINES:
+        parts = (wide[reach + y : reach + y + height, reach + x : reach + x + width] for y, x in line)
+        np.maximum(most, sum(parts, np.zeros_like(fine)), out=most)
+    near = ndimage.gaussian_filter(fine, LETTERING.line_near)
+    share = LETTERING.line_share
+    return np.asarray((1.0 - share) * near + share / LETTERING.line * most, np.float32)
 
 
 def _surroundings(fine: Floats32) -> Floats32:

@@ -13,7 +13,7 @@ from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.layers import LAYERS
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.curves.contours import contours_of, signed_area
-from warpvec.flat.layers.covering import cover_of, is_lettering
+from warpvec.flat.layers.covering import Cover, cover_of, is_lettering
 from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
 from warpvec.flat.layers.stacking import StackedLayer
@@ -51,9 +51,11 @@ def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED) ->
 
 def _outlines_of_part(regions: Regions, members: Collection[int], above: Collection[int]) -> list[Outline]:
     cover = cover_of(regions, members, above)
-    is_fine = is_lettering(regions, members) and bool((cover.coverage == cover.shown).all())
+    is_word = is_lettering(regions, members) and bool((cover.coverage == cover.shown).all())
+    is_fine = is_word or _is_thin_line(cover)
     if is_fine:
-        loops = [with_straight_sides(loop) for loop in fine_contours_of(cover.coverage)]
+        loops = fine_contours_of(cover.coverage)
+        loops = [with_straight_sides(loop) for loop in loops] if is_word else loops
         area_min = LETTERING.loop_area_min
     else:
         loops = contours_of(cover.coverage)
@@ -65,6 +67,19 @@ def _outlines_of_part(regions: Regions, members: Collection[int], above: Collect
         loops = [with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops]
     scale = _scale_of(loops, float(cover.coverage.sum())) if is_fine else 1.0
     return [Outline(loop + cover.corner, scale) for loop in loops if abs(signed_area(loop)) >= area_min]
+
+
+def _is_thin_line(cover: Cover) -> bool:
+    """Return whether a layer is a line narrower than a pixel.
+
+    Little of it is hidden, little fills whole pixels, and hardly any lies inside, as it does in a blurred shape.
+    """
+    coverage, area = cover.coverage, cover.coverage.sum()
+    inside = ndimage.binary_erosion(coverage >= CURVES.contour_level)
+    if area < LETTERING.thin_line_area or inside.sum() > LETTERING.thin_line_inside * area:
+        return False
+    full, hidden = coverage[coverage >= LETTERING.pure_share].sum(), (coverage - cover.shown).sum()
+    return bool(max(full, hidden) <= LETTERING.thin_line_max * area)
 
 
 def _scale_of(loops: list[Floats], area: float) -> float:

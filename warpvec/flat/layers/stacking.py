@@ -149,10 +149,14 @@ def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[Stacke
 
 
 def is_outside(regions: Regions) -> Mask:
-    """Return which regions [K] (bool) no layer shows: the canvas, those of its paint, and transparent ones."""
+    """Return which regions [K] (bool) no layer shows: the canvas, those of its paint, and transparent ones.
+
+    Words in the paint of the canvas are shown: as holes, they would have no outlines on the finer grid.
+    """
     outside = regions.paints.opacity <= 0.0
     if regions.canvas is not None and not outside[regions.canvas]:
-        outside = outside | alike(regions, regions.canvas, np.arange(len(regions)))
+        is_canvas = alike(regions, regions.canvas, np.arange(len(regions)))
+        outside = outside | (is_canvas if regions.is_lettering is None else is_canvas & ~regions.is_lettering)
     return outside
 
 

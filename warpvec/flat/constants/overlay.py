@@ -1,0 +1,102 @@
+"""The numbers of flat art: how words over several grounds are told from what lies below them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class OverlayConstants:
+    """How words over several grounds are told from what lies below them."""
+
+    # Inks and marks (overlay/inks.py, marks.py)
+
+    inks_max: int = 12
+    ink_pixels_min: int = 12
+    row_pixels_min: int = 3
+    """Most colours that are tried as inks, least pixels of one in small regions (the stems of one word have as many),
+    and least pixels of it in a row of marks."""
+
+    window: int = 15
+    """Side in pixels of the window whose median is the ground of a mark: letters of 20 px leave most of it free."""
+
+    core_min: float = 0.3
+    """Share of the ink, against the median of the window, from which a pixel is a part of a mark: thin gray lines at
+    the sides of a white road have 0.25 of black."""
+
+    contrast_min: float = 0.3
+    """Least length of the difference of an ink and the ground. Nearer colours are shades."""
+
+    mark_height_max: int = 24
+    mark_width_max: int = 96
+    """Shorter and longer side in pixels of the largest mark: letters of 20 px, some of which may touch."""
+
+    marks_max: int = 1024
+    """Most marks of one ink: more are a texture."""
+
+    pixels_max: int = 32768
+    hidden_max: int = 6144
+    """Most pixels of marks that are tried in a picture, and most pixels of one row: more are a texture. A word of 10 px
+    has 150. They bound the time to half a minute, and the memory to 200 MB."""
+
+    letters_min: int = 3
+    letter_share_min: float = 0.5
+    letter_height_min: int = 5
+    """Least letters of a word, the share of ink from which a pixel counts as one of a letter, so that neighbours come
+    apart, and the least longer side of a letter."""
+
+    row_error_max: float = 0.35
+    """Root mean square, as a share of the height of the letters, by which their middles may lie off a line."""
+
+    ring_share_min: float = 0.05
+    ring_ink_max: float = 0.02
+    """Least share of the pixels of grounds around a word that show another than the most frequent one, and most share
+    of those in its own ink: an edge of a shape looks like marks in the paint beyond it."""
+
+    # What lies below (overlay/filling.py)
+
+    margin: int = 20
+    """Pixels around a word that say what lies below it."""
+
+    directions: int = 48
+    reach: int = 16
+    step: float = 0.5
+    """Directions in which the ground may go on below a word, pixels from a pixel to the ground on either side, and the
+    distance of the samples."""
+
+    profile: tuple[float, ...] = (0.5, 1.0, 2.0, 1.0, 0.5)
+    """Weights of the pixels across a direction that are compared on both sides."""
+
+    structure_worth: float = 0.2
+    """Worth of what a profile shows: a road goes on below a letter, although the fields beside it agree as well."""
+
+    length_cost: float = 3e-6
+    """Cost of the square of the distance in pixels between both sides."""
+
+    ink_cost: float = 60.0
+    """Cost of what no mix of the ink and the ground explains. With 5, a letter in the corner of two roads has a tenth
+    of its pixels on a wrong ground."""
+
+    neighbor_weight: float = 0.5
+    """Weight of the cost at each neighbour: the ground goes on in one direction there."""
+
+    rounds: int = 3
+    free_share_max: float = 0.04
+    free_error_max: float = 0.06
+    """Rounds of filling. After each, pixels with hardly any ink, as the fill says, show the ground."""
+
+    # What counts as a word (overlay/overlaid_words.py)
+
+    rest_max: float = 12.0 / 255
+    explained_min: float = 0.93
+    """Largest difference of a pixel from its mix of ink and ground, and the least share of pixels within it."""
+
+    purest_min: float = 0.75
+    """Least share of ink in the purest pixel of a word whose ink is known from another one: strokes of letters of 10 px
+    are 0.9 px wide."""
+
+    least_share: float = 0.02
+    """Share of ink in a pixel below which there is none."""
+
+
+OVERLAY = OverlayConstants()

@@ -1,0 +1,1 @@
+"""Words that lie over several grounds, and the picture without them."""
