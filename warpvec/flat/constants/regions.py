@@ -486,7 +486,8 @@ class RegionConstants:
     photos after 130 CPU s. Their shares are 0.23 and 0.5; those of 27 drawings of 500 px and more are below 0.1."""
 
     canvas_border_share: float = 0.5
-    """Share of the picture's border that the canvas of an opaque picture has at least."""
+    """Share of the picture's border, where it shows one region alone, that the paint of an opaque canvas has at least.
+    The rim of fav32_bourbon touches three sides, and leaves four parts of the page."""
 
     # Pictures of too many regions (regions/fewer_regions.py)
 

@@ -105,7 +105,8 @@ def find_regions(
             picture, assignment, paints, tolerances, min_area, limits.clear_area
         )
     label, other, share = assignment.label, assignment.other, assignment.share
-    return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering)
+    canvas = find_canvas(np.where(label == other, label, NONE), paints)
+    return Regions(label, other, share, paints, canvas, is_lettering)
 
 
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
@@ -200,14 +201,17 @@ def premultiplied(image: Floats32) -> Floats32:
 def find_canvas(label: Integers32, paints: Paints) -> int | None:
     """Return the region of the map ``label`` [h, w] behind all others, or None.
 
-    It is the longest at the border of those whose paint is clear or, if none is, has most of the border and is flat.
+    Of the regions at the border it is the longest that is clear. If none is, it is one of the paint that shows most
+    there, if that is flat and has a large share. Pixels that are ``NONE`` say nothing.
     """
     border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
     count = np.bincount(border[border != NONE], minlength=len(paints))
     clear = np.where(paints.opacity == 0, count, 0)
     if clear.any():
         return int(clear.argmax())
-    first = int(count.argmax())
-    alike = (paints.color == paints.color[first]).all(1) & (paints.opacity == paints.opacity[first])
-    is_canvas = paints.kind[first] == FLAT and count[alike].sum() >= REGIONS.canvas_border_share * len(border)
+    looks = np.column_stack([paints.color, paints.opacity, paints.kind, np.where(paints.kind == FLAT, 0, count)])
+    _, look = np.unique(looks, axis=0, return_inverse=True)
+    total = np.bincount(look.ravel(), count)[look.ravel()]
+    first = int(np.lexsort((count, total))[-1])
+    is_canvas = paints.kind[first] == FLAT and total[first] >= REGIONS.canvas_border_share * count.sum()
     return first if is_canvas else None
