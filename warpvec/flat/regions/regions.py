@@ -94,6 +94,7 @@ def find_regions(
         seeds = np.zeros_like(seeds)
     paints, seeds = fit_paints(straight, seeds, tolerances, watch)
     canvas = find_canvas(seeds, paints)
+    behind = None if canvas is None else paints.select(np.array([canvas]))
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
@@ -105,8 +106,8 @@ def find_regions(
             picture, assignment, paints, tolerances, min_area, limits.clear_area
         )
     label, other, share = assignment.label, assignment.other, assignment.share
-    canvas = find_canvas(np.where(label == other, label, NONE), paints)
-    return Regions(label, other, share, paints, canvas, is_lettering)
+    is_behind = None if behind is None else _looks_like(paints, behind)
+    return Regions(label, other, share, paints, find_canvas(label, paints, is_behind), is_lettering)
 
 
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
@@ -198,20 +199,30 @@ def premultiplied(image: Floats32) -> Floats32:
     return result
 
 
-def find_canvas(label: Integers32, paints: Paints) -> int | None:
+def find_canvas(label: Integers32, paints: Paints, is_behind: Mask | None = None) -> int | None:
     """Return the region of the map ``label`` [h, w] behind all others, or None.
 
-    Of the regions at the border it is the longest that is clear. If none is, it is one of the paint that shows most
-    there, if that is flat and has a large share. Pixels that are ``NONE`` say nothing.
+    Of the regions at the border it is the longest that is clear. If none is, it is the longest that ``is_behind`` [K];
+    without that mask, one of the paint that shows most there, if that is flat and has a large share. Pixels that are
+    ``NONE`` say nothing.
     """
     border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
     count = np.bincount(border[border != NONE], minlength=len(paints))
     clear = np.where(paints.opacity == 0, count, 0)
     if clear.any():
         return int(clear.argmax())
+    if is_behind is not None and count[is_behind].any():
+        return int(np.where(is_behind, count, 0).argmax())
     looks = np.column_stack([paints.color, paints.opacity, paints.kind, np.where(paints.kind == FLAT, 0, count)])
     _, look = np.unique(looks, axis=0, return_inverse=True)
     total = np.bincount(look.ravel(), count)[look.ravel()]
     first = int(np.lexsort((count, total))[-1])
-    is_canvas = paints.kind[first] == FLAT and total[first] >= REGIONS.canvas_border_share * count.sum()
+    known = max(float(count.sum()), REGIONS.canvas_known_share * len(border))
+    is_canvas = paints.kind[first] == FLAT and total[first] >= REGIONS.canvas_border_share * known
     return first if is_canvas else None
+
+
+def _looks_like(paints: Paints, one: Paints) -> Mask:
+    """Return which of ``paints`` [K] are the flat paint ``one``, or what it was pooled with."""
+    difference = np.abs(paints.premultiplied() - one.premultiplied()).max(1)
+    return np.asarray((paints.kind == FLAT) & (difference <= REGIONS.canvas_difference))
