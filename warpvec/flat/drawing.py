@@ -96,7 +96,7 @@ class FlatDrawing:
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        return Critic(self.picture, self.config, self.blur)
+        return Critic(self.picture, self.config, self.blur, DRAWING.small_tension if self.is_small else 0.0)
 
     @property
     def picture(self) -> Tensor:
@@ -184,7 +184,8 @@ class FlatDrawing:
             "small word": small_word_count(found),
         }
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
-        return self._on_canvas(scene_of(regions, tolerance, watch=self.watch)), roughly
+        is_fine = self.is_small and self.blur == 0.0
+        return self._on_canvas(scene_of(regions, tolerance, self.watch, is_fine)), roughly
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""
@@ -216,6 +217,7 @@ class FlatDrawing:
         return polish(
             self.critic.target, scene, self.config, self.watch.part(planned=planned, left=self._share_after(scene)),
             iterations=count, values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen,
+            tension=self.critic.tension(scene),
         ).scene  # fmt: skip
 
     def _repainted(self, regions: Regions) -> Regions:

@@ -19,15 +19,19 @@ _MARGIN = 2
 """Pixels around the coverage, so that the ink falls to nothing there."""
 
 
-def fine_contours_of(coverage: Floats) -> list[Floats]:
-    """Return the closed contours [n, 2] of ``coverage`` [h, w] as `warpvec.flat.curves.contours.contours_of` does."""
-    return interpolated_contours(fine_coverage(np.pad(coverage, _MARGIN)), _MARGIN, LETTERING.fineness)
+def fine_contours_of(coverage: Floats, along_share: float = LETTERING.along_share) -> list[Floats]:
+    """Return the closed contours [n, 2] of ``coverage`` [h, w] as `warpvec.flat.curves.contours.contours_of` does.
+
+    With an ``along_share`` of 0, ink does not prefer rows and columns: of all shapes with this coverage, the outline is
+    about the shortest, so that ends and corners are as round as pixels allow.
+    """
+    return interpolated_contours(fine_coverage(np.pad(coverage, _MARGIN), along_share), _MARGIN, LETTERING.fineness)
 
 
-def fine_coverage(coverage: Floats) -> Floats:
+def fine_coverage(coverage: Floats, along_share: float = LETTERING.along_share) -> Floats:
     """Return the coverage [f h, f w] of sub-pixels, whose mean in each pixel is its ``coverage`` [h, w].
 
-    Almost all sub-pixels are full or empty.
+    Almost all sub-pixels are full or empty. Ink goes along rows and columns by ``along_share``.
     """
     whole = coverage.astype(np.float32)  # doubles would take twice the time
     fine = np.clip(_enlarged(whole), 0.0, 1.0)
@@ -36,7 +40,9 @@ def fine_coverage(coverage: Floats) -> Floats:
     pixels[~is_mixed] = whole[~is_mixed, None, None]  # a view of ``fine``
     share = whole[is_mixed][:, None]
     for _ in range(LETTERING.rounds):
-        around = _surroundings(fine).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
+        around = (
+            _surroundings(fine, along_share).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
+        )
         pixels[is_mixed] = _filled(around.reshape(len(share), LETTERING.fineness**2), share).reshape(around.shape)
     return fine.astype(np.float64)
 
@@ -48,11 +54,11 @@ def _enlarged(values: Floats32) -> Floats32:
     return np.asarray(Image.fromarray(values).resize(size, Image.Resampling.BICUBIC))
 
 
-def _surroundings(fine: Floats32) -> Floats32:
+def _surroundings(fine: Floats32, along_share: float) -> Floats32:
     """Return how much ink is around each sub-pixel of ``fine`` [f h, f w], and along its row and column."""
     near = ndimage.gaussian_filter(fine, LETTERING.near)
     along = (ndimage.uniform_filter1d(fine, LETTERING.along, axis) for axis in (0, 1))
-    return np.asarray((1.0 - LETTERING.along_share) * near + LETTERING.along_share / 2.0 * sum(along), np.float32)
+    return np.asarray((1.0 - along_share) * near + along_share / 2.0 * sum(along), np.float32)
 
 
 def _filled(around: Floats32, share: Floats32) -> Floats32:
