@@ -96,7 +96,7 @@ def polish(
     device = resolve_device(config.device)
     part = Watch(time_budget=config.time_budget).part() if part is None else part
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
-        locked = None if locked is None else locked.to(device)
+        locked, tension = (None if each is None else each.to(device) for each in (locked, tension))
         run = _Polish(target, start.to(device), config, part, iterations, free, locked, keeps_stops, unseen, tension)
         try:
             run.take(values_exact_max, gain_min)

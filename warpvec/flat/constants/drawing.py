@@ -47,8 +47,8 @@ class DrawingConstants:
 
     small_tension: float = 0.01
     """Squared error that a pixel of outline between black and white is worth in the fits of small pictures. On 66
-    icons of 32, 48 and 100 px it gains 0.05 dB at four times their size, and 7 % fewer segments: what goes are hooks and
-    spikes that hardly change a pixel."""
+    icons of 32, 48 and 100 px it gains 0.05 dB at four times their size, with 7 % fewer segments: what goes are hooks
+    and spikes that hardly change a pixel."""
 
     snap: float = 2.5 / 255.0
     """A fitted colour that differs by less in every channel from what the inside of its region shows is that colour:
