@@ -203,8 +203,8 @@ def find_canvas(label: Integers32, paints: Paints, is_behind: Mask | None = None
     """Return the region of the map ``label`` [h, w] behind all others, or None.
 
     Of the regions at the border it is the longest that is clear. If none is, it is the longest that ``is_behind`` [K];
-    without that mask, one of the paint that shows most there, if that is flat and has a large share. Pixels that are
-    ``NONE`` say nothing.
+    without that mask it is the longest of all, if its paint is flat and has a large share. Pixels that are ``NONE`` say
+    nothing.
     """
     border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
     count = np.bincount(border[border != NONE], minlength=len(paints))
@@ -213,13 +213,11 @@ def find_canvas(label: Integers32, paints: Paints, is_behind: Mask | None = None
         return int(clear.argmax())
     if is_behind is not None and count[is_behind].any():
         return int(np.where(is_behind, count, 0).argmax())
-    looks = np.column_stack([paints.color, paints.opacity, paints.kind, np.where(paints.kind == FLAT, 0, count)])
-    _, look = np.unique(looks, axis=0, return_inverse=True)
-    total = np.bincount(look.ravel(), count)[look.ravel()]
-    first = int(np.lexsort((count, total))[-1])
+    first = int(count.argmax())
+    alike = (paints.color == paints.color[first]).all(1) & (paints.opacity == paints.opacity[first])
     known = max(float(count.sum()), REGIONS.canvas_known_share * len(border))
-    is_canvas = paints.kind[first] == FLAT and total[first] >= REGIONS.canvas_border_share * known
-    return first if is_canvas else None
+    most = min(REGIONS.canvas_border_share * len(border), REGIONS.canvas_pure_share * known)
+    return first if paints.kind[first] == FLAT and count[alike].sum() >= most else None
 
 
 def _looks_like(paints: Paints, one: Paints) -> Mask:
