@@ -96,7 +96,8 @@ class FlatDrawing:
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        return Critic(self.picture, self.config, self.blur, DRAWING.small_tension if self.is_small else 0.0)
+        tension = DRAWING.tension if max(self.image.shape[:2]) <= DRAWING.tense_side else 0.0
+        return Critic(self.picture, self.config, self.blur, tension)
 
     @property
     def picture(self) -> Tensor:
