@@ -7,14 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from flat_regions import box, disc, regions_of, split_regions
+from flat_regions import Shape, box, disc, regions_of, split_regions
 from scipy import ndimage
 
+from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.curves.contours import signed_area
 from warpvec.flat.layers.outlines import outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.regions.regions import Regions
 from warpvec.flat.scene_building import scene_of
+from warpvec.flat.simplification.outline_samples import control_points, cubic_points
 from warpvec.image.metrics import psnr
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
@@ -132,3 +134,23 @@ def test_a_wide_soft_shape_is_outlined_as_others_are() -> None:
     label = (share >= 0.5).astype(np.int32)
     soft = replace(regions, label=label, other=1 - label, share=np.maximum(share, 1.0 - share))
     assert all(outline.scale == 1.0 for outline in outlines(soft, stack(soft)[0]))
+
+
+def test_dots_of_a_few_pixels_are_round_in_a_small_picture() -> None:
+    for x, y, radius in ((8.3, 7.6, 1.3), (10.0, 10.5, 1.6), (12.7, 11.2, 2.2)):
+        scene = scene_of(regions_of([(disc(x, y, radius), RED)], 24, 24), DRAWING.small_tolerance, is_small=True)
+        points = cubic_points(control_points(scene), np.linspace(0.0, 1.0, 9)).reshape(-1, 2)
+        assert np.abs(np.hypot(*(points - [x, y]).T) - radius).max() < 0.1  # without the finer grid 0.6
+
+
+def level_line(left: float, right: float, y: float, radius: float) -> Shape:
+    return lambda px, py: np.hypot(px - np.clip(px, left, right), py - y) <= radius
+
+
+def test_ends_of_thin_lines_are_round_in_a_small_picture() -> None:
+    for left, right, y, radius in ((5.3, 15.2, 6.6, 1.25), (4.1, 16.1, 8.9, 1.6)):
+        regions = regions_of([(level_line(left, right, y, radius), RED)], 24, 24)
+        scene = scene_of(regions, DRAWING.small_tolerance, is_small=True)
+        points = cubic_points(control_points(scene), np.linspace(0.0, 1.0, 9)).reshape(-1, 2)
+        beside = np.stack([points[:, 0] - np.clip(points[:, 0], left, right), points[:, 1] - y], 1)
+        assert np.abs(np.hypot(*beside.T) - radius).max() < 0.2  # without the finer grid 0.5

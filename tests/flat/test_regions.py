@@ -153,6 +153,16 @@ def test_a_shape_cut_by_the_end_of_the_picture_has_no_region_along_it() -> None:
     assert len(find_regions(image)) == 2
 
 
+def test_a_ring_along_the_end_of_the_picture_is_one_region() -> None:
+    # The page beyond it lies in several parts, each of which has less of the border than the ring.
+    rim = "M3,1.3Q16,-0.4 29,1.3Q31.9,1.7 31.3,6L28.2,28Q27.6,31.1 24.6,31.1H7.4Q4.4,31.1 3.8,28L0.7,6Q0.1,1.7 3,1.3Z"
+    image = drawn(f'<path d="{rim}" fill="#fef9ec" stroke="#e5d1bf" stroke-width="1.6"/>', 32, 32)
+    regions = find_regions(image)
+    assert regions.canvas is not None and (regions.paints.color[regions.canvas] == 1.0).all()
+    is_ring = np.abs(255 * regions.paints.color - [0xE5, 0xD1, 0xBF]).max(1) < 2
+    assert is_ring.sum() == 1
+
+
 def test_a_linear_gradient_is_one_region_with_its_stops() -> None:
     image = drawn(
         linear_gradient("20 30 110 90", "#fc0", "#a0326e") + '<circle cx="64" cy="64" r="55" fill="url(#a)"/>'

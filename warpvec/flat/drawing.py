@@ -100,7 +100,8 @@ class FlatDrawing:
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        return Critic(self.picture, self.config, self.blur)
+        tension = DRAWING.tension if max(self.image.shape[:2]) <= DRAWING.tense_side else 0.0
+        return Critic(self.picture, self.config, self.blur, tension)
 
     @property
     def picture(self) -> Tensor:
@@ -192,10 +193,11 @@ class FlatDrawing:
             "small word": small_word_count(found),
         }
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
-        scene = self._on_canvas(scene_of(regions, tolerance, watch=self.watch))
+        is_fine = self.is_small and self.blur == 0.0
+        scene = self._on_canvas(scene_of(regions, tolerance, self.watch, is_fine))
         if overlay is not None:
             roughly["small word"] += small_word_count(overlay.words)
-            scene = scene.joined(scene_of(overlay.words, tolerance, watch=self.watch))
+            scene = scene.joined(scene_of(overlay.words, tolerance, self.watch))
         return scene, roughly
 
     @property
@@ -236,6 +238,7 @@ class FlatDrawing:
         return polish(
             self.critic.target, scene, self.config, self.watch.part(planned=planned, left=self._share_after(scene)),
             iterations=count, values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen,
+            tension=self.critic.tension(scene),
         ).scene  # fmt: skip
 
     def _repainted(self, regions: Regions) -> Regions:

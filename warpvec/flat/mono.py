@@ -18,6 +18,7 @@ from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
+from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.staircases import staircase_outlines
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -51,6 +52,7 @@ def mono_tracing(
     tolerance: float | None = None,
     min_area: float = MONO.area_min,
     blur: float = 0.0,
+    is_to_be_fitted: bool = False,
     watch: Watch = UNWATCHED,
 ) -> MonoTracing:
     """Trace what is darker than ``threshold`` in an image, over white, as one compound path in black.
@@ -63,6 +65,8 @@ def mono_tracing(
         tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
         min_area: specks and holes of fewer square pixels are left out.
         blur: standard deviation in pixels of the blur of the image; 0 for none that is known.
+        is_to_be_fitted: whether a fit follows if the tracing is clean. Outlines of small pictures are then found on a
+            finer grid.
         watch: the watch over the run. When it is over, the outlines so far must do, the largest first.
 
     Raises:
@@ -73,7 +77,7 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
-    is_clean, is_sharp, straight_min = False, False, math.inf
+    is_clean, is_sharp, is_fine, straight_min = False, False, False, math.inf
     if has_two_levels(coverage):
         straight_min = MONO.straight_min
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
@@ -85,11 +89,17 @@ def mono_tracing(
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
-        outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
+        is_fine = is_to_be_fitted and is_small and is_clean and blur == 0.0
+        if is_fine:
+            outlines = fine_contours_of(coverage, 0.0)
+        else:
+            outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
     by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
     least_area = max(min_area, MONO.point_area)
     kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= least_area]
-    if is_clean and len(kept) <= MONO.form_loops_max:
+    if is_fine:
+        scale = DRAWING.small_scale
+    elif is_clean and len(kept) <= MONO.form_loops_max:
         scale = 1.0 / max(blur, 1.0)  # corners are as round as the blur is wide, and a later fit undoes it
     else:
         scale = 1.0 if is_sharp else MONO.soft_scale

@@ -23,7 +23,9 @@ from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
-def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED) -> Scene:
+def scene_of(
+    regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED, is_small: bool = False
+) -> Scene:
     """Return the drawing of ``regions``: a path for each layer, on the canvas's paint or none.
 
     Args:
@@ -31,6 +33,7 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
         watch: the watch over the run. When it is over, or little time is left, the layers so far must do, the lowest
             first, and outlines are fitted less well.
+        is_small: whether the picture is so small that its outlines are found on a finer grid.
     """
     watch = watch.ahead(DRAWING.share_after_tracing)
     if watch.is_over():
@@ -40,7 +43,7 @@ def scene_of(regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch
     for layer in stack(regions, watch):
         if watch.is_over() and len(layers) >= DRAWING.layers_min:
             break
-        found = outlines(regions, layer, watch)
+        found = outlines(regions, layer, watch, is_small)
         if found:
             layers.append(layer)
             loops.append(found)

@@ -38,6 +38,7 @@ class Mono:
                 tolerance=None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail,
                 min_area=max(MONO.area_min, settings.min_area),
                 blur=request.picture.blur,
+                is_to_be_fitted=True,
                 watch=request.watch,
             )
             if tracing.is_clean and 0 < tracing.scene.structure.loop_count <= MONO.form_loops_max:

@@ -17,6 +17,7 @@ from torch import Tensor
 
 from warpvec.polish.normal_matrix import NormalMatrix
 from warpvec.polish.paint_slopes import PaintSlopes, paint_value_count
+from warpvec.polish.tension import tension_matrix
 from warpvec.polish.variables import Variables
 
 
@@ -38,10 +39,12 @@ def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_ma
             paints.add(part)
     first = 2 * variables.point_count
     rows, factor = variables.row_slopes(x, held), 2.0 * target.error_scale
-    if paints is None:
-        return found.matrix(rows, len(x), factor, None)
-    by_paints = paints.at_pixels()
+    by_paints = None if paints is None else paints.at_pixels()
     matrix = found.matrix(rows, len(x), factor, by_paints)
+    if variables.tension is not None:
+        matrix += tension_matrix(here, variables.tension, rows, len(x))
+    if paints is None or by_paints is None:
+        return matrix
     by_values = _among(by_paints, first, len(x))
     own = by_values.T.tocsr() @ by_values + paints.elsewhere(first, len(x))
     return matrix + (factor * own).tocsc()

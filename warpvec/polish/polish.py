@@ -67,6 +67,7 @@ def polish(
     gain_min: float = GAIN_MIN,
     unseen: float = 0.0,
     keeps_stops: bool = False,
+    tension: Tensor | None = None,
 ) -> FitResult:
     """Fit ``start`` to ``target`` and keep its structure; the loss of the result is at most its own.
 
@@ -86,6 +87,8 @@ def polish(
         gain_min: Gauss-Newton steps end once the last ones have gained a smaller share of the loss and ``unseen``.
         unseen: mean squared error that viewers of the file add anyway.
         keeps_stops: keep the colours and opacities of the stops of gradients.
+        tension: rise of the loss with each pixel of length of each segment [R], see `warpvec.polish.tension`; None for
+            none. The loss of the result, with the tension, is at most that of ``start``.
 
     Raises:
         InputError: the device does not exist.
@@ -93,8 +96,8 @@ def polish(
     device = resolve_device(config.device)
     part = Watch(time_budget=config.time_budget).part() if part is None else part
     with on_warps_stream(device), single_torch_thread(), torch.no_grad(), part:
-        locked = None if locked is None else locked.to(device)
-        run = _Polish(target, start.to(device), config, part, iterations, free, locked, keeps_stops, unseen)
+        locked, tension = (None if each is None else each.to(device) for each in (locked, tension))
+        run = _Polish(target, start.to(device), config, part, iterations, free, locked, keeps_stops, unseen, tension)
         try:
             run.take(values_exact_max, gain_min)
         except KeyboardInterrupt:
@@ -116,8 +119,9 @@ class _Polish:
         locked: Tensor | None,
         keeps_stops: bool,
         unseen: float,
+        tension: Tensor | None,
     ) -> None:
-        self._unseen = unseen
+        self._unseen, self._tension = unseen, tension
         self._target, self._config, self._part, self._iteration_count = target, config, part, iterations
         self._free, self._locked, self._keeps_stops = free, locked, keeps_stops
         self._iteration = 0
@@ -127,11 +131,12 @@ class _Polish:
         """Go on from ``start``, with the paths ``locked`` [N] as they are."""
         self._start = start
         self._variables = Variables(
-            start, self._target, self._config, free=self._free, locked=locked, keeps_stops=self._keeps_stops
-        )
+            start, self._target, self._config, free=self._free, locked=locked, keeps_stops=self._keeps_stops,
+            tension=self._tension,
+        )  # fmt: skip
         self._first = self._variables.evaluate(self._variables.start)
         is_same = self._variables.start_change() < ROUNDING
-        self._start_loss = self._first.loss if is_same else float(self._target.fit_step(start, False).loss)
+        self._start_loss = self._first.loss if is_same else self._variables.loss_of(start)
         self._guard = FoldGuard(start, self._variables, self._config.precision, is_on=not self._free)
         self._best: Evaluation | None = None
 

@@ -23,6 +23,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import SIGMA_MAX
 from warpvec.polish.curve_rows import CurveRows, RowSlopes
 from warpvec.polish.stop_variables import bound_stops, bounded_offset_step, free_stops, stop_parts
+from warpvec.polish.tension import tension_of
 
 if TYPE_CHECKING:  # photos need no matrix, and loading scipy takes a tenth of a second
     from scipy import sparse
@@ -59,6 +60,7 @@ class Variables:
     The points of a path with a form are not free: they follow from its parameters. ``locked`` paths [N] (bool) keep all
     their values. With ``keeps_stops``, gradients keep the colours and opacities of their stops, and with
     ``keeps_softness`` soft paths their standard deviations. Without ``keeps_smooth``, smooth nodes may become corners.
+    The loss grows with the lengths of outlines by ``tension`` [R], if there is one.
 
     Attributes:
         start: the values of ``scene`` [K].
@@ -67,11 +69,13 @@ class Variables:
         opacity_range: first value that is an opacity, and the one after the last.
         target, joints: the image, and the kinds of the nodes.
         locked: paths [N] (bool) that keep their values; None for none.
+        tension: rise of the loss with each pixel of length of each segment [R]; None for none.
     """
 
     def __init__(
         self, scene: Scene, target: Target, config: FitConfig, *, free: bool = False, locked: Tensor | None = None,
         keeps_stops: bool = False, keeps_softness: bool = False, keeps_smooth: bool = True,
+        tension: Tensor | None = None,
     ) -> None:  # fmt: skip
         self._scene, self.target, self.joints = scene, target, Joints.of(scene, keep=keeps_smooth and not free)
         parts = [*self.joints.values(scene), scene.color, scene.opacity, scene.background]
@@ -109,7 +113,7 @@ class Variables:
             self._of(self.is_free)[-1].copy_(is_used(scene.forms.parameters, scene.forms.kind))
         if keeps_stops and scene.gradients is not None:
             self.is_free &= ~self._stop_colors_of(scene.gradients.kind != FLAT)
-        self.locked = locked
+        self.locked, self.tension = locked, tension
         self._locked = None if locked is None else self._values_of(locked)
         if self._locked is not None:
             self.is_free &= ~self._locked
@@ -135,7 +139,16 @@ class Variables:
     def evaluate(self, x: Tensor) -> Evaluation:
         """Return the loss at ``x`` and its gradient. The gradient of fixed values is zero."""
         adjoints = self.target.whole_step(self.shown(x))
-        return Evaluation(x, float(adjoints.loss), self._gradient(self.row_slopes(x), adjoints))
+        loss = float(adjoints.loss)
+        if self.tension is not None:
+            more, adj_segments = tension_of(self.shown(x), self.tension)
+            loss, adjoints = loss + more, replace(adjoints, segments=adjoints.segments + adj_segments)
+        return Evaluation(x, loss, self._gradient(self.row_slopes(x), adjoints))
+
+    def loss_of(self, scene: Scene) -> float:
+        """Return the loss of ``scene``, which has the structure of this one."""
+        loss = float(self.target.fit_step(scene, False).loss)
+        return loss if self.tension is None else loss + tension_of(scene, self.tension)[0]
 
     def strength(self, x: Tensor, probes: int, generator: torch.Generator) -> Tensor:
         """Estimate how strongly each value shows: the diagonal of the Gauss-Newton matrix of the loss [K].

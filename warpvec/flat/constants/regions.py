@@ -513,7 +513,14 @@ class RegionConstants:
     photos after 130 CPU s. Their shares are 0.23 and 0.5; those of 27 drawings of 500 px and more are below 0.1."""
 
     canvas_border_share: float = 0.5
-    """Share of the picture's border that the canvas of an opaque picture has at least."""
+    canvas_pure_share: float = 0.9
+    canvas_known_share: float = 0.2
+    """Share of the picture's border that the paint of an opaque canvas has at least; or else its share of the pixels
+    there that show one region alone, and the least share of the border that these have. The rim of fav32_bourbon
+    touches three sides, and leaves four parts of the page: 0.23 of the border are pure, and all of that is the page."""
+
+    canvas_difference: float = 2.5 / 255.0
+    """Largest difference of a paint from that of the canvas it was pooled with."""
 
     # Pictures of too many regions (regions/fewer_regions.py)
 

@@ -59,6 +59,10 @@ class SimplificationConstants:
     share_again: float = 0.5
     """Share of the distance that nodes which were put back may cost the next time."""
 
+    hidden_tension: float = 0.001
+    """Tension of hidden outlines in fits, as a share of that between black and white. With 0.01, the hidden part of a
+    disc behind a square moves too far for the disc to be seen as a circle."""
+
     # Samples of outlines (simplification/outline_samples.py)
 
     segment_samples: int = 8

@@ -8,6 +8,8 @@ the idea: sub-pixel mapping in remote sensing, Atkinson, 1997.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from PIL import Image
@@ -26,15 +28,19 @@ _LINES = [[(round(step * math.sin(angle)), round(step * math.cos(angle))) for st
 """Offsets of the sub-pixels of a line through one, down and right, for each direction."""
 
 
-def fine_contours_of(coverage: Floats) -> list[Floats]:
-    """Return the closed contours [n, 2] of ``coverage`` [h, w] as `warpvec.flat.curves.contours.contours_of` does."""
-    return interpolated_contours(fine_coverage(np.pad(coverage, _MARGIN)), _MARGIN, LETTERING.fineness)
+def fine_contours_of(coverage: Floats, along_share: float = LETTERING.along_share) -> list[Floats]:
+    """Return the closed contours [n, 2] of ``coverage`` [h, w] as `warpvec.flat.curves.contours.contours_of` does.
+
+    With an ``along_share`` of 0, ink does not prefer rows and columns: of all shapes with this coverage, the outline is
+    about the shortest, so that ends and corners are as round as pixels allow.
+    """
+    return interpolated_contours(fine_coverage(np.pad(coverage, _MARGIN), along_share), _MARGIN, LETTERING.fineness)
 
 
-def fine_coverage(coverage: Floats) -> Floats:
+def fine_coverage(coverage: Floats, along_share: float = LETTERING.along_share) -> Floats:
     """Return the coverage [f h, f w] of sub-pixels, whose mean in each pixel is its ``coverage`` [h, w].
 
-    Almost all sub-pixels are full or empty.
+    Almost all sub-pixels are full or empty. Ink goes along rows and columns by ``along_share``.
     """
     whole = coverage.astype(np.float32)  # doubles would take twice the time
     fine = np.clip(_enlarged(whole), 0.0, 1.0)
@@ -42,7 +48,7 @@ def fine_coverage(coverage: Floats) -> Floats:
     is_mixed = (whole > 0.0) & (whole < 1.0)
     pixels[~is_mixed] = whole[~is_mixed, None, None]  # a view of ``fine``
     share = whole[is_mixed][:, None]
-    for around_of in [_strokes] * LETTERING.rounds + [_surroundings]:
+    for around_of in _rounds(along_share):
         around = around_of(fine).reshape(pixels.transpose(0, 2, 1, 3).shape).transpose(0, 2, 1, 3)[is_mixed]
         pixels[is_mixed] = _filled(around.reshape(len(share), LETTERING.fineness**2), share).reshape(around.shape)
     return fine.astype(np.float64)
@@ -53,6 +59,14 @@ def _enlarged(values: Floats32) -> Floats32:
     height, width = values.shape
     size = LETTERING.fineness * width, LETTERING.fineness * height
     return np.asarray(Image.fromarray(values).resize(size, Image.Resampling.BICUBIC))
+
+
+def _rounds(along_share: float) -> Iterator[Callable[[Floats32], Floats32]]:
+    """Yield how each round measures the ink around sub-pixels: along lines, and at last along rows and columns."""
+    last = partial(_surroundings, along_share=along_share)
+    for _ in range(LETTERING.rounds):
+        yield _strokes if along_share > 0.0 else last
+    yield last
 
 
 def _strokes(fine: Floats32) -> Floats32:
@@ -68,11 +82,11 @@ def _strokes(fine: Floats32) -> Floats32:
     return np.asarray((1.0 - share) * near + share / LETTERING.line * most, np.float32)
 
 
-def _surroundings(fine: Floats32) -> Floats32:
+def _surroundings(fine: Floats32, along_share: float) -> Floats32:
     """Return how much ink is around each sub-pixel of ``fine`` [f h, f w], and along its row and column."""
     near = ndimage.gaussian_filter(fine, LETTERING.near)
     along = (ndimage.uniform_filter1d(fine, LETTERING.along, axis) for axis in (0, 1))
-    return np.asarray((1.0 - LETTERING.along_share) * near + LETTERING.along_share / 2.0 * sum(along), np.float32)
+    return np.asarray((1.0 - along_share) * near + along_share / 2.0 * sum(along), np.float32)
 
 
 def _filled(around: Floats32, share: Floats32) -> Floats32:

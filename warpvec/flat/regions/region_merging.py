@@ -98,6 +98,8 @@ def _drop_redundant(
     count = np.bincount(areas[is_small], explained, len(size))
     dropped = is_small & (count >= REGIONS.explained_part * size)[areas]
     assignment.write(trial, dropped)
+    unexplained = dropped & (trial.residual > tolerances.mix)
+    unmix(assignment, unexplained, picture, paints, tolerances, None, wider=True)
 
 
 def _shines_through(

@@ -97,14 +97,14 @@ def find_regions(
         seeds = np.zeros_like(seeds)
     paints, seeds = fit_paints(straight, seeds, tolerances, watch)
     canvas = find_canvas(seeds, paints)
+    behind = None if canvas is None else paints.select(np.array([canvas]))
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
     if tolerances.noise > 0:
-        behind = find_canvas(assignment.label, paints)
-        paints = with_noisy_ramps(straight, assignment, paints, tolerances, behind, watch).with_whole_ends(
-            REGIONS.noisy_end
-        )
+        below = _canvas_like(behind, assignment.label, paints)
+        paints = with_noisy_ramps(straight, assignment, paints, tolerances, below, watch)
+        paints = paints.with_whole_ends(REGIONS.noisy_end)
     is_lettering = None
     # Blur and noise mix more than two paints in a pixel.
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
@@ -113,7 +113,8 @@ def find_regions(
             picture, assignment, paints, tolerances, min_area, limits.clear_area
         )
     label, other, share = assignment.label, assignment.other, assignment.share
-    return Regions(label, other, share, paints, find_canvas(label, paints), is_lettering, tolerances.noise)
+    canvas = _canvas_like(behind, label, paints)
+    return Regions(label, other, share, paints, canvas, is_lettering, tolerances.noise)
 
 
 def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
@@ -209,17 +210,33 @@ def premultiplied(image: Floats32) -> Floats32:
     return result
 
 
-def find_canvas(label: Integers32, paints: Paints) -> int | None:
+def find_canvas(label: Integers32, paints: Paints, is_behind: Mask | None = None) -> int | None:
     """Return the region of the map ``label`` [h, w] behind all others, or None.
 
-    It is the longest at the border of those whose paint is clear or, if none is, has most of the border and is flat.
+    Of the regions at the border it is the longest that is clear. If none is, it is the longest that ``is_behind`` [K];
+    without that mask it is the longest of all, if its paint is flat and has a large share. Pixels that are ``NONE`` say
+    nothing.
     """
     border = np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]])
     count = np.bincount(border[border != NONE], minlength=len(paints))
     clear = np.where(paints.opacity == 0, count, 0)
     if clear.any():
         return int(clear.argmax())
+    if is_behind is not None and count[is_behind].any():
+        return int(np.where(is_behind, count, 0).argmax())
     first = int(count.argmax())
     alike = (paints.color == paints.color[first]).all(1) & (paints.opacity == paints.opacity[first])
-    is_canvas = paints.kind[first] == FLAT and count[alike].sum() >= REGIONS.canvas_border_share * len(border)
-    return first if is_canvas else None
+    known = max(float(count.sum()), REGIONS.canvas_known_share * len(border))
+    most = min(REGIONS.canvas_border_share * len(border), REGIONS.canvas_pure_share * known)
+    return first if paints.kind[first] == FLAT and count[alike].sum() >= most else None
+
+
+def _canvas_like(behind: Paints | None, label: Integers32, paints: Paints) -> int | None:
+    """Return the canvas of the map ``label`` [h, w]. If the paint ``behind`` all is known, the canvas looks like it."""
+    return find_canvas(label, paints, None if behind is None else _looks_like(paints, behind))
+
+
+def _looks_like(paints: Paints, one: Paints) -> Mask:
+    """Return which of ``paints`` [K] are the flat paint ``one``, or what it was pooled with."""
+    difference = np.abs(paints.premultiplied() - one.premultiplied()).max(1)
+    return np.asarray((paints.kind == FLAT) & (difference <= REGIONS.canvas_difference))

@@ -15,10 +15,14 @@ from torch import Tensor
 from warpvec.arrays import Floats, Floats32
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.outline_samples import OutlineSamples, sample_outlines
 from warpvec.geometry.scene import Scene
 
 T = TypeVar("T")
+
+CONTRAST_MAX = 3.0
+"""Squared contrast of black and white, summed over the channels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,11 +33,13 @@ class Critic:
         image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         config: settings of the fit.
         blur: standard deviation in pixels of the blur of the picture; 0 for none.
+        tension_price: squared error that a pixel of outline between black and white is worth in fits; 0 for nothing.
     """
 
     image: Tensor
     config: FitConfig
     blur: float = 0.0
+    tension_price: float = 0.0
 
     @cached_property
     def target(self) -> Target:
@@ -56,6 +62,16 @@ class Critic:
     def samples(self, scene: Scene) -> OutlineSamples:
         """Return points along the outlines of ``scene``, with how well the picture shows them."""
         return self._samples.of(scene)
+
+    def tension(self, scene: Scene) -> Tensor | None:
+        """Return the tension of the segments of ``scene`` [R] for a fit; see `warpvec.polish.tension`. None for none.
+
+        It is as weak beside the contrast of each: where a fit can tell an edge, the edge does not move by it.
+        """
+        if self.tension_price == 0.0:
+            return None
+        contrast = self.samples(scene).contrast.mean(1) / CONTRAST_MAX + SIMPLIFICATION.hidden_tension
+        return torch.from_numpy(self.target.error_scale * self.tension_price * contrast)
 
     @cached_property
     def _errors(self) -> _Latest[Floats32]:

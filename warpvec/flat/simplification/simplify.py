@@ -98,6 +98,7 @@ class _Work:
             simple = polish(
                 self.critic.target, simple, self.critic.config, self.watch.side_part(), iterations=self.iterations,
                 values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen,
+                tension=self.critic.tension(simple),
             ).scene  # fmt: skip
         allowed = self._allowed(outlines, choice, scene)
         excess = errors_near(control_points(simple), self.critic.error(simple) - before) > allowed
