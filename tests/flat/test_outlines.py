@@ -126,6 +126,8 @@ def test_an_oblique_line_narrower_than_a_pixel_is_one_outline() -> None:
     regions = regions_of([(lambda x, y: (np.abs(x - 20.2 - 0.11 * y) <= 0.44) & (y > 8) & (y < 88), RED)])
     (layer,) = stack(regions)
     assert len(outlines(regions, layer)) == 1
+    # Of a noisy line, the finer grid would show the noise.
+    assert all(outline.scale == 1.0 for outline in outlines(replace(regions, noise=0.01), layer))
 
 
 def test_a_wide_soft_shape_is_outlined_as_others_are() -> None:

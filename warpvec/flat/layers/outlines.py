@@ -56,7 +56,7 @@ def _outlines_of_part(
     cover = cover_of(regions, members, above)
     is_exact = bool((cover.coverage == cover.shown).all())  # beneath others it is a guess
     is_word = is_exact and is_lettering(regions, members)
-    is_line = not is_word and _is_thin_line(cover)
+    is_line = not is_word and regions.noise == 0.0 and _is_thin_line(cover)  # noise makes rough sides of a line
     is_fine = is_word or is_line or (is_exact and is_small)
     loops, area_min = _loops_of(cover, is_word or is_line, is_word, is_fine)
     if cover.above.any() and not (is_word or is_line):

@@ -85,7 +85,7 @@ def _painted(regions: Regions, color: Floats) -> Regions:
     opacity = regions.paints.mean_opacity()[first]
     kinds = np.full(len(first), FLAT, np.int32)
     flat = replace(regions.paints.select(first), color=kept, end_color=kept, kind=kinds, opacity=opacity)
-    return Regions(label, other, share, flat, canvas, regions.lettering_among(first))
+    return Regions(label, other, share, flat, canvas, regions.lettering_among(first), regions.noise)
 
 
 def _joined(regions: Regions, paint: Integers) -> Integers:

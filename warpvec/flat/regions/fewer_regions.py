@@ -25,7 +25,9 @@ def with_fewer_regions(regions: Regions, count: int) -> Regions:
     other = np.where(keep[regions.label] & keep[regions.other], regions.other, label)
     share = np.where(other == label, np.float32(1), regions.share)
     paints, label = regions.paints.select(np.flatnonzero(keep)), number[label]
-    return Regions(label, number[other], share, paints, find_canvas(label, paints), regions.lettering_among(keep))
+    return Regions(
+        label, number[other], share, paints, find_canvas(label, paints), regions.lettering_among(keep), regions.noise
+    )
 
 
 def _prominence(regions: Regions) -> Floats:
