@@ -97,11 +97,15 @@ class FlatDrawing:
         """Whether the picture is so small that it is likely to be shown larger."""
         return max(self.image.shape[:2]) <= DRAWING.small_side
 
+    @property
+    def _is_fine(self) -> bool:
+        """Whether the picture is as small as an icon, so that its outlines need a finer grid and tension."""
+        return max(self.image.shape[:2]) <= DRAWING.fine_side
+
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        tension = DRAWING.tension if max(self.image.shape[:2]) <= DRAWING.tense_side else 0.0
-        return Critic(self.picture, self.config, self.blur, tension)
+        return Critic(self.picture, self.config, self.blur, DRAWING.tension if self._is_fine else 0.0)
 
     @property
     def picture(self) -> Tensor:
@@ -193,7 +197,7 @@ class FlatDrawing:
             "small word": small_word_count(found),
         }
         tolerance = DRAWING.small_tolerance if self.is_small else CURVES.tolerance
-        is_fine = self.is_small and self.blur == 0.0
+        is_fine = self._is_fine and self.blur == 0.0
         scene = self._on_canvas(scene_of(regions, tolerance, self.watch, is_fine))
         if overlay is not None:
             roughly["small word"] += small_word_count(overlay.words)

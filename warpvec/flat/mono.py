@@ -90,6 +90,7 @@ def mono_tracing(
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         is_fine = is_to_be_fitted and is_small and is_clean and blur == 0.0
+        is_fine &= max(coverage.shape) <= DRAWING.fine_side
         if is_fine:
             outlines = fine_contours_of(coverage, 0.0)
         else:
