@@ -50,6 +50,10 @@ def test_two_colors_that_meet_at_an_edge_stay_two_regions(step: float) -> None:
     assert (regions.paints.kind[list(strip_of(regions))] == FLAT).all()
 
 
+def test_a_noisy_page_without_anything_on_it_is_one_region() -> None:
+    assert len(find_regions(as_noisy(np.full((48, 48, 3), 0.7)))) == 1
+
+
 def test_the_ramp_of_moments_is_that_of_the_pixels() -> None:
     random = np.random.default_rng(3)
     points = random.random((200, 2)) * [40.0, 9.0] + [300.0, 20.0]

@@ -74,7 +74,7 @@ class InsidePixels:
         inside = np.flatnonzero(self.first == self.second)
         order = inside[np.argsort(self.label[inside], kind="stable")]
         names, starts = np.unique(self.label[order], return_index=True)
-        parts = np.split(order, starts[1:])
+        parts = np.split(order, starts)[1:]
         return {name: (self.points[part], self.colors[part]) for name, part in zip(names.tolist(), parts, strict=True)}
 
     def shown(self, paints: Paints) -> tuple[dict[int, Shown], dict[Pair, Shown]]:
