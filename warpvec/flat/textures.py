@@ -137,7 +137,8 @@ def _is_drawing(is_part: Mask, image: Floats32) -> bool:
     regions = find_regions(np.ascontiguousarray(image[..., :3]))
     count = len(np.unique(regions.label[inside]))
     left = 255.0 * float(np.sqrt(np.mean((regions.mixed()[..., :3] - image[..., :3])[inside] ** 2)))
-    return left <= TEXTURES.drawing_rest_max and count**0.5 * left <= TEXTURES.drawing_root_max
+    is_little = left <= TEXTURES.drawing_rest_max and count**0.5 * left <= TEXTURES.drawing_root_max
+    return is_little and count * left <= TEXTURES.drawing_product_max
 
 
 def _with_edges(found: Mask, is_other: Mask) -> Mask:

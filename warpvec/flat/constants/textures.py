@@ -64,12 +64,13 @@ class TextureConstants:
     stroke of a letter of logo_kotlin, as a JPEG that is not found, has 0.11."""
 
     drawing_rest_max: float = 22.0
-    drawing_root_max: float = 70.0
-    """Levels that regions leave of a part, a root mean square, and this times the root of the count of the regions, up
-    to which the part is a drawing and no photo: of texture, K regions leave about as much as the root of K is smaller.
-    Of 440 logos with gradients, as they are and as JPEG of quality 30 to 80, 64 have such parts, of which 55 have up to
-    20 levels and a product of 68. Ovals and cards of Kodak's photos, as they are, as JPEG and as WebP, have products of
-    75 and more."""
+    drawing_root_max: float = 64.0
+    drawing_product_max: float = 400.0
+    """Levels that regions leave of a part, a root mean square, these times the root of the count of the regions, and
+    times the count, up to all of which the part is a drawing and no photo: of texture, K regions leave about as much as
+    the root of K is smaller. Of 440 logos with gradients, as they are and as JPEG of quality 30 to 80, 64 have such
+    parts, of which 54 have up to 20 levels, 62 and 260. Of ovals and cards of Kodak's photos, as they are, as JPEG and
+    as WebP, the nearest have 67 and 538, 71 and 468, 74 and 418."""
 
     # What stands for it in the drawing (texture_outlines.py)
 
