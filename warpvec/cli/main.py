@@ -106,7 +106,7 @@ _SURPLUS = "Got unexpected extra argument"
 
 
 def _hint(error: click.ClickException) -> str:
-    """Return the end of the message about arguments and options of the wrong names or number: the command's help."""
+    """Return the hint at the command's help, for a missing or surplus argument and for an option that is like none."""
     is_unlike = isinstance(error, click.NoSuchOption) and not error.possibilities
     is_about_usage = isinstance(error, click.MissingParameter) or error.message.startswith(_SURPLUS) or is_unlike
     if not isinstance(error, click.UsageError) or error.ctx is None or not is_about_usage:

@@ -185,9 +185,10 @@ class FlatDrawing:
         return torch.from_numpy(before), found
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
-        found, overlay = self._found[1], self._overlay
+        found, overlay = self._found[1], self._overlay()
         if overlay is not None:
-            found = find_regions(overlay.ground, self.config.min_area, self.watch.ahead(DRAWING.share_after_tracing))
+            below = find_regions(overlay.ground, self.config.min_area, self.watch.ahead(DRAWING.share_after_tracing))
+            found, overlay = (below, overlay) if self._is_better(overlay, below) else (found, None)
         fewer = with_fewer_regions(found, REGIONS.regions_max)
         regions = self._repainted(fewer)
         gradient_count = int((fewer.paints.kind != FLAT).sum()) - int((regions.paints.kind != FLAT).sum())
@@ -204,13 +205,20 @@ class FlatDrawing:
             scene = scene.joined(scene_of(overlay.words, tolerance, self.watch))
         return scene, roughly
 
-    @property
+    def _is_better(self, overlay: Overlay, below: Regions) -> bool:
+        """Return whether words and the regions ``below`` them explain the picture better than its regions, in time."""
+        image, found = self._found[0].numpy(), self._found[1]
+        words = overlay.words.mixed()
+        both = words + (1.0 - words[..., 3:]) * below.mixed()
+        errors = [float(np.square(shown[..., :3] - image[..., :3]).mean()) for shown in (both, found.mixed())]
+        return errors[0] < errors[1] and not self.watch.ahead(DRAWING.share_after_tracing).is_over()
+
     def _overlay(self) -> Overlay | None:
         """The words over several grounds; None if there are none, or no time, or the colours are chosen."""
         picture, found = self._found
         has_colors = bool(self.config.colors) or self.config.palette is not None
         is_over = self.watch.ahead(DRAWING.share_after_tracing).is_over()
-        return None if has_colors or is_over or self.blur > 0.0 else find_overlay(picture.numpy(), found)
+        return None if has_colors or is_over or self.blur > 0.0 else find_overlay(picture.numpy(), found, self.watch)
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""

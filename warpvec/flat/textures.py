@@ -41,7 +41,7 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
     for number, place in enumerate(ndimage.find_objects(parts), 1):
         is_part = parts[place] == number
         is_photo = is_part.sum() >= area_min and _is_texture(is_part, change[place])
-        is_photo &= is_photo and _is_rough(is_part, levels[place]) and _has_many_levels(levels[place][is_part])
+        is_photo = is_photo and _is_rough(is_part, levels[place]) and _has_many_levels(levels[place][is_part])
         if is_photo and not _is_drawing(is_part, image[place]):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
@@ -131,6 +131,8 @@ def _has_many_levels(levels: Levels) -> bool:
 
 def _is_drawing(is_part: Mask, image: Floats32) -> bool:
     """Return whether few regions of flat art leave little of a part [h, w] of ``image`` [h, w, 3]."""
+    middle = _middle(is_part.shape)
+    is_part, image = is_part[middle], image[middle]
     inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
     if not inside.any():
         return False
@@ -139,6 +141,12 @@ def _is_drawing(is_part: Mask, image: Floats32) -> bool:
     left = 255.0 * float(np.sqrt(np.mean((regions.mixed()[..., :3] - image[..., :3])[inside] ** 2)))
     is_little = left <= TEXTURES.drawing_rest_max and count**0.5 * left <= TEXTURES.drawing_root_max
     return is_little and count * left <= TEXTURES.drawing_product_max
+
+
+def _middle(shape: tuple[int, ...]) -> tuple[slice, ...]:
+    """Return the middle of an area of this ``shape``, at most as large as one that is judged in a second or two."""
+    starts = [max(side - TEXTURES.judged_side, 0) // 2 for side in shape]
+    return tuple(slice(start, start + TEXTURES.judged_side) for start in starts)
 
 
 def _with_edges(found: Mask, is_other: Mask) -> Mask:

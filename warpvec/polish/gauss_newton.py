@@ -42,7 +42,7 @@ def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_ma
     by_paints = None if paints is None else paints.at_pixels()
     matrix = found.matrix(rows, len(x), factor, by_paints)
     if variables.tension is not None:
-        matrix += tension_matrix(here, variables.tension, rows, len(x))
+        matrix += tension_matrix(here, variables.tension.to(here.segments.device), rows, len(x))
     if paints is None or by_paints is None:
         return matrix
     by_values = _among(by_paints, first, len(x))

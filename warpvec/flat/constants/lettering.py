@@ -131,6 +131,9 @@ class LetteringConstants:
     0.15 to 0.4, have 0.1 inside at crossings, and 36 square pixels at least. What edges leave over has 3 to 31
     (gif_vscode), and a blurred shape has 0.25 inside (blur2_puppet)."""
 
+    thin_line_box: int = 400_000
+    """Most pixels of the box of such a line. A net of lines of 1,000 by 1,000 pixels takes 6.7 CPU s and 0.5 GB."""
+
     loop_area_min: float = 0.25
     """Area in square pixels of the smallest loop of a thin part: the hole of an e of 10 px has 0.5."""
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class OverlayConstants:
     """How words over several grounds are told from what lies below them."""
 
-    # Inks and marks (overlay/inks.py, marks.py)
+    # Inks and marks (overlay/overlaid_words.py, marks.py)
 
     inks_max: int = 12
     ink_pixels_min: int = 12
@@ -34,10 +34,10 @@ class OverlayConstants:
     marks_max: int = 1024
     """Most marks of one ink: more are a texture."""
 
-    pixels_max: int = 32768
+    pixels_max: int = 8192
     hidden_max: int = 6144
     """Most pixels of marks that are tried in a picture, and most pixels of one row: more are a texture. A word of 10 px
-    has 150. They bound the time to half a minute, and the memory to 200 MB."""
+    has 150. They bound the time to some 8 s, and the memory to 200 MB."""
 
     letters_min: int = 3
     letter_share_min: float = 0.5

@@ -380,6 +380,9 @@ class RegionConstants:
     """Largest difference of a paint from the mean of the pixels inside its region. White lines whose region got pixels
     of a red ground had 168 levels, the tip of a ramp that grew along it 30."""
 
+    joined_max: int = 512
+    """Most regions that may join, the largest ones: the time grows by the square, and 1,024 take 2.5 CPU s."""
+
     joint_area_min: int = 48
     joint_border_min: int = 4
     """Fewest pixels of a ramp over two regions, and fewest of these at their seam."""

@@ -72,6 +72,9 @@ class TextureConstants:
     parts, of which 54 have up to 20 levels, 62 and 260. Of ovals and cards of Kodak's photos, as they are, as JPEG and
     as WebP, the nearest have 67 and 538, 71 and 468, 74 and 418."""
 
+    judged_side: int = 288
+    """Longest side in pixels of the middle of a part of which that is judged: of a photo, it takes up to 2 CPU s."""
+
     # What stands for it in the drawing (texture_outlines.py)
 
     whole_min: float = 0.99

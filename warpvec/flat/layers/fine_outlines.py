@@ -34,7 +34,11 @@ def fine_contours_of(coverage: Floats, along_share: float = LETTERING.along_shar
     With an ``along_share`` of 0, ink does not prefer rows and columns: of all shapes with this coverage, the outline is
     about the shortest, so that ends and corners are as round as pixels allow.
     """
-    return interpolated_contours(fine_coverage(np.pad(coverage, _MARGIN), along_share), _MARGIN, LETTERING.fineness)
+    fine = fine_coverage(np.pad(coverage, _MARGIN, mode="edge"), along_share)  # a shape goes on beyond the end
+    edge = _MARGIN * LETTERING.fineness
+    for side in (fine[:edge], fine[-edge:], fine[:, :edge], fine[:, -edge:]):
+        side[...] = 0.0
+    return interpolated_contours(fine, _MARGIN, LETTERING.fineness)
 
 
 def fine_coverage(coverage: Floats, along_share: float = LETTERING.along_share) -> Floats:

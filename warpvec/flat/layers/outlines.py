@@ -87,6 +87,8 @@ def _is_thin_line(cover: Cover) -> bool:
     Little of it is hidden, little fills whole pixels, and hardly any lies inside, as it does in a blurred shape.
     """
     coverage, area = cover.coverage, cover.coverage.sum()
+    if coverage.size > LETTERING.thin_line_box:
+        return False
     inside = ndimage.binary_erosion(coverage >= CURVES.contour_level)
     if area < LETTERING.thin_line_area or inside.sum() > LETTERING.thin_line_inside * area:
         return False

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask
+from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.overlay import OVERLAY
 from warpvec.flat.constants.regions import REGIONS
@@ -24,6 +25,7 @@ from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.regions import Regions, premultiplied
 from warpvec.geometry.paints.registry import FLAT
+from warpvec.watch.watch import UNWATCHED, Watch
 
 _EIGHT = np.ones((3, 3), bool)
 
@@ -49,13 +51,15 @@ class _Word(NamedTuple):
     ground: Floats32
 
 
-def find_overlay(image: Floats32, regions: Regions) -> Overlay | None:
+def find_overlay(image: Floats32, regions: Regions, watch: Watch = UNWATCHED) -> Overlay | None:
     """Return the words over several grounds of a sharp picture without noise; None if there are none.
 
     Args:
         image: picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         regions: its regions.
+        watch: the watch over the run. When it is over, the words found so far must do.
     """
+    watch = watch.ahead(DRAWING.share_after_tracing)
     picture = premultiplied(image)
     if (picture[..., 3] < 1.0).any():
         return None
@@ -66,7 +70,7 @@ def find_overlay(image: Floats32, regions: Regions) -> Overlay | None:
     grounds = find_grounds(picture, regions.label, regions.paints, tolerances).all
     if regions.is_lettering is not None:
         grounds[regions.is_lettering[regions.label]] = NONE
-    found = list(_words(picture[..., :3].copy(), inks, grounds))
+    found = list(_words(picture[..., :3].copy(), inks, grounds, watch))
     if not found:
         return None
     ground = picture[..., :3].copy()
@@ -90,7 +94,7 @@ def _inks(picture: Floats32, regions: Regions) -> Floats32:
     return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], 1).astype(np.float32) / np.float32(255)
 
 
-def _words(picture: Floats32, inks: Floats32, grounds: Integers32) -> Iterator[_Word]:
+def _words(picture: Floats32, inks: Floats32, grounds: Integers32, watch: Watch) -> Iterator[_Word]:
     """Yield the words of the ``inks`` [n, 3] over several ``grounds`` [h, w]; ``picture`` [h, w, 3] loses them.
 
     Rows that show their ink come first. Where it is known from these, others need not show it.
@@ -102,7 +106,7 @@ def _words(picture: Floats32, inks: Floats32, grounds: Integers32) -> Iterator[_
         shown = [_is_at(picture[row.window], ink)[row.core].sum() >= OVERLAY.row_pixels_min for row in rows]
         is_known = False
         for row, shows_ink in sorted(zip(rows, shown, strict=True), key=lambda each: not each[1]):
-            if not (shows_ink or is_known) or tried >= OVERLAY.pixels_max:
+            if not (shows_ink or is_known) or tried >= OVERLAY.pixels_max or watch.is_over():
                 continue
             tried += int(row.core.sum())
             word = _word(picture, row, ink, grounds[row.window])

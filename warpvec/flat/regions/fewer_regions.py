@@ -25,9 +25,9 @@ def with_fewer_regions(regions: Regions, count: int) -> Regions:
     other = np.where(keep[regions.label] & keep[regions.other], regions.other, label)
     share = np.where(other == label, np.float32(1), regions.share)
     paints, label = regions.paints.select(np.flatnonzero(keep)), number[label]
-    return Regions(
-        label, number[other], share, paints, find_canvas(label, paints), regions.lettering_among(keep), regions.noise
-    )
+    is_known = regions.canvas is not None and keep[regions.canvas]
+    canvas = int(number[regions.canvas]) if is_known else find_canvas(label, paints)
+    return Regions(label, number[other], share, paints, canvas, regions.lettering_among(keep), regions.noise)
 
 
 def _prominence(regions: Regions) -> Floats:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Floats32, Integers32, Mask
+from warpvec.arrays import Floats, Floats32, Integers, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.assignment import Assignment
 from warpvec.flat.regions.color_moments import moments_of
@@ -63,11 +63,14 @@ class InsidePixels:
 
         Others have got pixels by loose mixes.
         """
-        count, own = len(paints), self.first == self.second
-        areas = np.bincount(self.label[own], minlength=count)
+        count, own, areas = len(paints), self.first == self.second, self.areas(len(paints))
         sums = np.stack([np.bincount(self.label[own], channel, count) for channel in self.off[own].T], 1)
         means = np.abs(sums / np.maximum(areas, 1)[:, None]).max(1)
         return (areas >= REGIONS.inside_area_min) & (means <= REGIONS.typical_max)
+
+    def areas(self, count: int) -> Integers:
+        """Return the number of pixels inside each of ``count`` regions."""
+        return np.asarray(np.bincount(self.label[self.first == self.second], minlength=count), np.int64)
 
     def of_each_region(self) -> dict[int, tuple[Floats, Floats]]:
         """Return the centres [M, 2] and colours [M, 3] of the pixels inside each region that has some."""

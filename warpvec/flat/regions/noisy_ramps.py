@@ -37,6 +37,8 @@ def with_noisy_ramps(
     is_chosen = inside.are_typical(paints) & (paints.opacity == 1)
     if canvas is not None:
         is_chosen[canvas] = False
+    areas = inside.areas(len(paints))
+    is_chosen[np.argsort(-areas, kind="stable")[REGIONS.joined_max :]] = False
     inside = inside.of_regions(is_chosen)
     union = join_regions(*inside.shown(paints), len(paints), watch)
     is_joined = np.bincount(union, minlength=len(paints)) > 1
@@ -48,7 +50,7 @@ def with_noisy_ramps(
         if paints.kind[name] == FLAT or is_joined[name]:
             ramp = _ramp_of(points, colors, tolerances, must_have_one=bool(is_joined[name]))
             paints = paints if ramp is None else paints.replaced(name, ramp.paint(1.0))
-    paints = _with_shared_ramps(paints, pixels, tolerances)
+    paints = _with_shared_ramps(paints, pixels, tolerances, watch)
     _rename(assignment, _alike_neighbors(assignment.label, paints))
     return _without_unused(assignment, paints)
 
@@ -71,7 +73,9 @@ def _ramp_of(points: Floats, colors: Floats, tolerances: Tolerances, *, must_hav
     return ramp if must_have_one or (is_seen and pays) else None
 
 
-def _with_shared_ramps(paints: Paints, pixels: dict[int, tuple[Floats, Floats]], tolerances: Tolerances) -> Paints:
+def _with_shared_ramps(
+    paints: Paints, pixels: dict[int, tuple[Floats, Floats]], tolerances: Tolerances, watch: Watch
+) -> Paints:
     """Return ``paints`` with the ramp of a large region in place of those of small ones that it shows about as well.
 
     ``pixels`` are the centres [M, 2] and colours [M, 3] of the pixels inside each region.
@@ -81,6 +85,8 @@ def _with_shared_ramps(paints: Paints, pixels: dict[int, tuple[Floats, Floats]],
     large = [name for name in order if len(pixels[name][0]) >= REGIONS.noisy_ramp_area_min]
     givers = [name for name in large if paints.kind[name] != FLAT]
     for name in order[len(large) :]:
+        if watch.is_over():
+            break
         points, colors = pixels[name]
         most = max(limit, REGIONS.joint_shared * _error(paints, name, points, colors))
         giver = next((each for each in givers if _error(paints, each, points, colors) <= most), None)

@@ -66,7 +66,7 @@ class Critic:
     def tension(self, scene: Scene) -> Tensor | None:
         """Return the tension of the segments of ``scene`` [R] for a fit; see `warpvec.polish.tension`. None for none.
 
-        It is as weak beside the contrast of each: where a fit can tell an edge, the edge does not move by it.
+        It is in proportion to the contrast across each segment, so that an edge that the picture shows hardly moves.
         """
         if self.tension_price == 0.0:
             return None

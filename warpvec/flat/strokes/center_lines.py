@@ -397,5 +397,7 @@ def _miter_tips(rows: Rows, width: float) -> list[Floats]:
         reach = width / 2.0 / np.sqrt(max((1.0 + cosine) / 2.0, 1e-6))
         if STROKES.miter_min * width <= 2.0 * reach <= STROKES.miter_max * width:
             out = first - second
-            found.append(anchor + (reach + width / 2.0) / 2.0 * out / np.linalg.norm(out))
+            length = float(np.linalg.norm(out))
+            if length > 0.0:  # a handle of no length has no direction
+                found.append(anchor + (reach + width / 2.0) / 2.0 * out / length)
     return found
