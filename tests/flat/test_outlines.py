@@ -156,3 +156,11 @@ def test_ends_of_thin_lines_are_round_in_a_small_picture() -> None:
         points = cubic_points(control_points(scene), np.linspace(0.0, 1.0, 9)).reshape(-1, 2)
         beside = np.stack([points[:, 0] - np.clip(points[:, 0], left, right), points[:, 1] - y], 1)
         assert np.abs(np.hypot(*beside.T) - radius).max() < 0.2  # without the finer grid 0.5
+
+
+def test_a_side_that_the_end_of_a_small_picture_cuts_stays_straight() -> None:
+    regions = regions_of([(box(-4.0, -4.0, 10.4, 30.0), RED)], 24, 24)
+    (layer,) = stack(regions)
+    (outline,) = outlines(regions, layer, is_small=True)
+    side = outline.points[(outline.points[:, 0] > 5.0) & (outline.points[:, 1] > 0.3) & (outline.points[:, 1] < 23.7)]
+    assert np.abs(side[:, 0] - 10.4).max() < 0.1  # 0.2 with paper beyond the end

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+import torch
 from flat_regions import box, coverage
 
+from warpvec.config.presets import make_config
+from warpvec.flat import drawing
+from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.overlay.overlaid_words import Overlay, find_overlay
 from warpvec.flat.regions.regions import find_regions
+from warpvec.watch.watch import Watch
 
 HEIGHT, WIDTH = 56, 120
 PAGE, WOOD, INK = (np.array(color, np.float32) for color in ((0.95, 0.94, 0.9), (0.68, 0.82, 0.62), (0.0, 0.0, 0.0)))
@@ -27,9 +33,14 @@ def ground(edge: float) -> np.ndarray:
     return (PAGE + share * (WOOD - PAGE)).astype(np.float32)
 
 
-def overlay(below: np.ndarray) -> Overlay | None:
+def labelled(below: np.ndarray) -> np.ndarray:
+    """Return the ground ``below`` [h, w, 3] with the word on it, in whole levels."""
     image = below + word()[..., None] * (INK - below)
-    image = (np.rint(255.0 * image) / 255.0).astype(np.float32)
+    return (np.rint(255.0 * image) / 255.0).astype(np.float32)
+
+
+def overlay(below: np.ndarray) -> Overlay | None:
+    image = labelled(below)
     return find_overlay(image, find_regions(image))
 
 
@@ -52,3 +63,23 @@ def test_an_edge_in_the_paint_of_a_ground_is_no_word() -> None:
     image = ground(40.0)
     image[22:32, 30:70:3] = WOOD
     assert find_overlay(image, find_regions(image)) is None
+
+
+def test_no_word_is_found_once_the_time_is_over() -> None:
+    image = labelled(ground(40.0))
+    assert find_overlay(image, find_regions(image), Watch(time_budget=1e-9)) is None
+
+
+def test_words_that_explain_less_than_the_regions_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = labelled(ground(40.0))
+    found = overlay(ground(40.0))
+    assert found is not None
+
+    def paths(words: Overlay | None) -> int:
+        monkeypatch.setattr(drawing, "find_overlay", lambda *_: words)
+        work = FlatDrawing(torch.from_numpy(image), make_config("draft"), Watch())
+        return len(work.outlines.traced)
+
+    without = paths(None)
+    assert paths(found) != without
+    assert paths(found._replace(ground=np.ones_like(found.ground))) == without
