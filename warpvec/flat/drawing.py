@@ -217,8 +217,9 @@ class FlatDrawing:
         """The words over several grounds; None if there are none, or no time, or the colours are chosen."""
         picture, found = self._found
         has_colors = bool(self.config.colors) or self.config.palette is not None
-        is_over = self.watch.ahead(DRAWING.share_after_tracing).is_over()
-        return None if has_colors or is_over or self.blur > 0.0 else find_overlay(picture.numpy(), found, self.watch)
+        watch = self.watch.ahead(DRAWING.share_after_words)
+        is_wanted = not has_colors and self.blur == 0.0 and not watch.is_over()
+        return find_overlay(picture.numpy(), found, watch) if is_wanted else None
 
     def _on_canvas(self, scene: Scene) -> Scene:
         """Return ``scene`` with a canvas if the picture is opaque: that of its lowest path if no region is one."""

@@ -83,6 +83,10 @@ class DrawingConstants:
     share_after_tracing: float = 0.4
     """Share of a time budget that is left for what follows the outlines: drawing, cutting and writing them."""
 
+    share_after_words: float = 0.7
+    """The same for what follows the search for words over several grounds: the regions below them, which take about as
+    long as those of the picture, and the outlines."""
+
     layers_at_once: int = 32
     """Layers whose outlines are fitted together. The memory of a thousand together is 300 MB."""
 

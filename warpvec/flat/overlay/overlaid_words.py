@@ -13,7 +13,6 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask
-from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.overlay import OVERLAY
 from warpvec.flat.constants.regions import REGIONS
@@ -59,7 +58,6 @@ def find_overlay(image: Floats32, regions: Regions, watch: Watch = UNWATCHED) ->
         regions: its regions.
         watch: the watch over the run. When it is over, the words found so far must do.
     """
-    watch = watch.ahead(DRAWING.share_after_tracing)
     picture = premultiplied(image)
     if (picture[..., 3] < 1.0).any():
         return None
