@@ -140,7 +140,7 @@ def test_a_wide_soft_shape_is_outlined_as_others_are() -> None:
 
 def test_dots_of_a_few_pixels_are_round_in_a_small_picture() -> None:
     for x, y, radius in ((8.3, 7.6, 1.3), (10.0, 10.5, 1.6), (12.7, 11.2, 2.2)):
-        scene = scene_of(regions_of([(disc(x, y, radius), RED)], 24, 24), DRAWING.small_tolerance, is_small=True)
+        scene = scene_of(regions_of([(disc(x, y, radius), RED)], 24, 24), DRAWING.small_tolerance, is_fine=True)
         points = cubic_points(control_points(scene), np.linspace(0.0, 1.0, 9)).reshape(-1, 2)
         assert np.abs(np.hypot(*(points - [x, y]).T) - radius).max() < 0.1  # without the finer grid 0.6
 
@@ -152,7 +152,7 @@ def level_line(left: float, right: float, y: float, radius: float) -> Shape:
 def test_ends_of_thin_lines_are_round_in_a_small_picture() -> None:
     for left, right, y, radius in ((5.3, 15.2, 6.6, 1.25), (4.1, 16.1, 8.9, 1.6)):
         regions = regions_of([(level_line(left, right, y, radius), RED)], 24, 24)
-        scene = scene_of(regions, DRAWING.small_tolerance, is_small=True)
+        scene = scene_of(regions, DRAWING.small_tolerance, is_fine=True)
         points = cubic_points(control_points(scene), np.linspace(0.0, 1.0, 9)).reshape(-1, 2)
         beside = np.stack([points[:, 0] - np.clip(points[:, 0], left, right), points[:, 1] - y], 1)
         assert np.abs(np.hypot(*beside.T) - radius).max() < 0.2  # without the finer grid 0.5
@@ -161,6 +161,6 @@ def test_ends_of_thin_lines_are_round_in_a_small_picture() -> None:
 def test_a_side_that_the_end_of_a_small_picture_cuts_stays_straight() -> None:
     regions = regions_of([(box(-4.0, -4.0, 10.4, 30.0), RED)], 24, 24)
     (layer,) = stack(regions)
-    (outline,) = outlines(regions, layer, is_small=True)
+    (outline,) = outlines(regions, layer, is_fine=True)
     side = outline.points[(outline.points[:, 0] > 5.0) & (outline.points[:, 1] > 0.3) & (outline.points[:, 1] < 23.7)]
     assert np.abs(side[:, 0] - 10.4).max() < 0.1  # 0.2 with paper beyond the end

@@ -89,8 +89,8 @@ def mono_tracing(
         is_small = is_sharp and max(coverage.shape) <= DRAWING.small_side
         least = DRAWING.small_tolerance if is_small else CURVES.tolerance
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
-        is_fine = is_to_be_fitted and is_small and is_clean and blur == 0.0
-        is_fine &= max(coverage.shape) <= DRAWING.fine_side
+        may_be_fine = is_to_be_fitted and is_sharp and is_clean and blur == 0.0
+        is_fine = may_be_fine and max(coverage.shape) <= DRAWING.fine_side
         if is_fine:
             outlines = fine_contours_of(coverage, 0.0)
         else:

@@ -24,7 +24,7 @@ from warpvec.watch.watch import UNWATCHED, Watch
 
 
 def scene_of(
-    regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED, is_small: bool = False
+    regions: Regions, tolerance: float = CURVES.tolerance, watch: Watch = UNWATCHED, is_fine: bool = False
 ) -> Scene:
     """Return the drawing of ``regions``: a path for each layer, on the canvas's paint or none.
 
@@ -33,7 +33,7 @@ def scene_of(
         tolerance: largest distance in pixels between the outlines in the picture and the curves.
         watch: the watch over the run. When it is over, or little time is left, the layers so far must do, the lowest
             first, and outlines are fitted less well.
-        is_small: whether the picture is so small that its outlines are found on a finer grid.
+        is_fine: whether outlines are found on a finer grid, as those of icons are.
     """
     watch = watch.ahead(DRAWING.share_after_tracing)
     if watch.is_over():
@@ -43,7 +43,7 @@ def scene_of(
     for layer in stack(regions, watch):
         if watch.is_over() and len(layers) >= DRAWING.layers_min:
             break
-        found = outlines(regions, layer, watch, is_small)
+        found = outlines(regions, layer, watch, is_fine)
         if found:
             layers.append(layer)
             loops.append(found)

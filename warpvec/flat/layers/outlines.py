@@ -36,8 +36,8 @@ class Outline(NamedTuple):
     scale: float = 1.0
 
 
-def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED, is_small: bool = False) -> list[Outline]:
-    """Return the outlines of ``layer``, on a finer grid if the picture ``is_small``.
+def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED, is_fine: bool = False) -> list[Outline]:
+    """Return the outlines of ``layer``. With ``is_fine``, those of all that is seen whole are found on a finer grid.
 
     Once the ``watch`` is over, the parts that are left are outlined together, and end where others lie above them.
     """
@@ -45,40 +45,51 @@ def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED, is
     for index, part in enumerate(layer.parts):
         if watch.is_over():
             rest = [region for each in layer.parts[index:] for region in each]
-            return found + _outlines_of_part(regions, rest, (), is_small)
-        found += _outlines_of_part(regions, part, layer.above, is_small)
+            return found + _outlines_of_part(regions, rest, (), is_fine)
+        found += _outlines_of_part(regions, part, layer.above, is_fine)
     return found
 
 
 def _outlines_of_part(
-    regions: Regions, members: Collection[int], above: Collection[int], is_small: bool
+    regions: Regions, members: Collection[int], above: Collection[int], is_fine: bool
 ) -> list[Outline]:
     cover = cover_of(regions, members, above)
     is_exact = bool((cover.coverage == cover.shown).all())  # beneath others it is a guess
     is_word = is_exact and is_lettering(regions, members)
     is_line = not is_word and regions.noise == 0.0 and _is_thin_line(cover)  # noise makes rough sides of a line
-    is_fine = is_word or is_line or (is_exact and is_small)
-    loops, area_min = _loops_of(cover, is_word or is_line, is_word, is_fine)
-    if cover.above.any() and not (is_word or is_line):
-        shows = ndimage.maximum_filter(cover.shown, 3) >= CURVES.contour_level
-        loops = [with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops]
-    scale = DRAWING.small_scale if is_fine else 1.0
     if is_word or is_line:
-        scale = _scale_of(loops, float(cover.coverage.sum()))
-    return [Outline(loop + cover.corner, scale) for loop in loops if abs(signed_area(loop)) >= area_min]
-
-
-def _loops_of(cover: Cover, is_thin: bool, is_word: bool, is_fine: bool) -> tuple[list[Floats], float]:
-    """Return the outlines in the box of ``cover``, on a finer grid if ``is_fine``, and the area of the smallest."""
-    if is_thin:
-        loops = fine_contours_of(cover.coverage)
-        loops = [with_straight_sides(loop) for loop in loops] if is_word else loops
-        area_min = LETTERING.loop_area_min
+        found = _thin_outlines(cover, is_word)
     else:
-        loops = fine_contours_of(cover.coverage, 0.0) if is_fine else contours_of(cover.coverage)
-        is_tiny = max((abs(signed_area(loop)) for loop in loops), default=0.0) < LAYERS.loop_area_min
-        area_min = LAYERS.only_loop_area_min if is_tiny else LAYERS.loop_area_min
-    return [loop for loop in loops if abs(signed_area(loop)) >= area_min], area_min
+        found = _usual_outlines(cover, is_fine and is_exact)
+    return [outline._replace(points=outline.points + cover.corner) for outline in found]
+
+
+def _thin_outlines(cover: Cover, is_word: bool) -> list[Outline]:
+    """Return the outlines of a word or a thin line, on a finer grid, in the box of ``cover``."""
+    loops = fine_contours_of(cover.coverage)
+    if is_word:
+        loops = [with_straight_sides(loop) for loop in loops]
+    loops = _of_area(loops, LETTERING.loop_area_min)
+    scale = _scale_of(loops, float(cover.coverage.sum()))
+    return [Outline(loop, scale) for loop in loops]
+
+
+def _usual_outlines(cover: Cover, is_fine: bool) -> list[Outline]:
+    """Return the outlines of other parts in the box of ``cover``, on a finer grid if ``is_fine``."""
+    loops = fine_contours_of(cover.coverage, 0.0) if is_fine else contours_of(cover.coverage)
+    is_tiny = max((abs(signed_area(loop)) for loop in loops), default=0.0) < LAYERS.loop_area_min
+    area_min = LAYERS.only_loop_area_min if is_tiny else LAYERS.loop_area_min
+    loops = _of_area(loops, area_min)
+    if cover.above.any():
+        shows = ndimage.maximum_filter(cover.shown, 3) >= CURVES.contour_level
+        loops = _of_area([with_simple_hidden_borders(loop, ~is_in(shows, loop), cover) for loop in loops], area_min)
+    scale = DRAWING.small_scale if is_fine else 1.0
+    return [Outline(loop, scale) for loop in loops]
+
+
+def _of_area(loops: list[Floats], least: float) -> list[Floats]:
+    """Return the ``loops`` of at least so many square pixels."""
+    return [loop for loop in loops if abs(signed_area(loop)) >= least]
 
 
 def _is_thin_line(cover: Cover) -> bool:
