@@ -26,6 +26,7 @@ from warpvec.flat.regions.regions import (
     require_explained,
     require_explained_parts,
     require_few_edges,
+    unexplained,
 )
 from warpvec.flat.regions.small_text import small_word_count
 from warpvec.flat.regions.unrounded import before_jpeg
@@ -210,11 +211,11 @@ class FlatDrawing:
         image, found = self._found[0].numpy(), self._found[1]
         words = overlay.words.mixed()
         both = words + (1.0 - words[..., 3:]) * below.mixed()
-        errors = [float(np.square(shown[..., :3] - image[..., :3]).mean()) for shown in (both, found.mixed())]
-        return errors[0] < errors[1] and not self.watch.ahead(DRAWING.share_after_tracing).is_over()
+        is_nearer = unexplained(both, image) < unexplained(found.mixed(), image)
+        return is_nearer and not self.watch.ahead(DRAWING.share_after_tracing).is_over()
 
     def _overlay(self) -> Overlay | None:
-        """The words over several grounds; None if there are none, or no time, or the colours are chosen."""
+        """Return the words over several grounds; None if there are none, or no time, or the colours are chosen."""
         picture, found = self._found
         has_colors = bool(self.config.colors) or self.config.palette is not None
         watch = self.watch.ahead(DRAWING.share_after_words)

@@ -15,7 +15,7 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.mode_choice import Levels
 from warpvec.flat.mono import otsu_threshold
-from warpvec.flat.regions.regions import find_regions
+from warpvec.flat.regions.regions import find_regions, unexplained
 from warpvec.image.spread import largest_channel, spread
 
 
@@ -40,9 +40,13 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
     area_min = max((TEXTURES.jpeg_area_min if is_jpeg else TEXTURES.area_min) * parts.size, TEXTURES.side_min**2)
     for number, place in enumerate(ndimage.find_objects(parts), 1):
         is_part = parts[place] == number
-        is_photo = is_part.sum() >= area_min and _is_texture(is_part, change[place])
-        is_photo = is_photo and _is_rough(is_part, levels[place]) and _has_many_levels(levels[place][is_part])
-        if is_photo and not _is_drawing(is_part, image[place]):
+        if (
+            is_part.sum() >= area_min
+            and _is_texture(is_part, change[place])
+            and _is_rough(is_part, levels[place])
+            and _has_many_levels(levels[place][is_part])
+            and not _is_drawing(is_part, image[place])  # last, as it takes longest
+        ):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
 
@@ -136,9 +140,9 @@ def _is_drawing(is_part: Mask, image: Floats32) -> bool:
     inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
     if not inside.any():
         return False
-    regions = find_regions(np.ascontiguousarray(image[..., :3]))
-    count = len(np.unique(regions.label[inside]))
-    left = 255.0 * float(np.sqrt(np.mean((regions.mixed()[..., :3] - image[..., :3])[inside] ** 2)))
+    image = np.ascontiguousarray(image[..., :3])
+    regions = find_regions(image)
+    count, left = len(np.unique(regions.label[inside])), unexplained(regions.mixed(), image, inside)
     is_little = left <= TEXTURES.drawing_rest_max and count**0.5 * left <= TEXTURES.drawing_root_max
     return is_little and count * left <= TEXTURES.drawing_product_max
 

@@ -138,10 +138,11 @@ class Variables:
 
     def evaluate(self, x: Tensor) -> Evaluation:
         """Return the loss at ``x`` and its gradient. The gradient of fixed values is zero."""
-        adjoints = self.target.whole_step(self.shown(x))
+        scene = self.shown(x)
+        adjoints = self.target.whole_step(scene)
         loss = float(adjoints.loss)
         if self.tension is not None:
-            more, adj_segments = tension_of(self.shown(x), self.tension)
+            more, adj_segments = tension_of(scene, self.tension)
             loss, adjoints = loss + more, replace(adjoints, segments=adjoints.segments + adj_segments)
         return Evaluation(x, loss, self._gradient(self.row_slopes(x), adjoints))
 

@@ -13,7 +13,8 @@ from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.overlay import OVERLAY
 from warpvec.flat.regions.box_gaps import are_close
 
-_EIGHT = np.ones((3, 3), bool)
+EIGHT_NEIGHBORS = np.ones((3, 3), bool)
+"""A pixel and those that touch it, at corners too."""
 
 
 class Row(NamedTuple):
@@ -36,7 +37,7 @@ class Row(NamedTuple):
         return slice(self.top, self.top + height), slice(self.left, self.left + width)
 
 
-def mean_ground(picture: Floats32) -> Floats32:
+def median_ground(picture: Floats32) -> Floats32:
     """Return the median colour [h, w, C] around each pixel of ``picture`` [h, w, C], found at half its size."""
     half = picture[::2, ::2]
     found = [ndimage.median_filter(half[..., channel], OVERLAY.window // 2) for channel in range(picture.shape[-1])]
@@ -46,7 +47,7 @@ def mean_ground(picture: Floats32) -> Floats32:
 
 def rows_of(share: Floats32) -> Iterator[Row]:
     """Yield the rows of at least three letters, by the ``share`` [h, w] of their ink in each pixel."""
-    parts, _ = ndimage.label(share >= OVERLAY.core_min, _EIGHT)
+    parts, _ = ndimage.label(share >= OVERLAY.core_min, EIGHT_NEIGHBORS)
     found = ndimage.find_objects(parts)
     boxes = np.array([(y.start, x.start, y.stop - 1, x.stop - 1) for y, x in found], np.int64).reshape(-1, 4)
     sides = np.sort(boxes[:, 2:] - boxes[:, :2] + 1, 1)
@@ -77,7 +78,7 @@ def _row(parts: Integers32, numbers: Integers, boxes: Integers) -> Row:
 
 def _is_word(share: Floats32) -> bool:
     """Return whether marks, by the ``share`` [h, w] of their ink, are letters in a row."""
-    parts, _ = ndimage.label(share >= OVERLAY.letter_share_min, _EIGHT)
+    parts, _ = ndimage.label(share >= OVERLAY.letter_share_min, EIGHT_NEIGHBORS)
     boxes = np.array([(y.start, x.start, y.stop, x.stop) for y, x in ndimage.find_objects(parts)], float).reshape(-1, 4)
     sides = boxes[:, 2:] - boxes[:, :2]
     letters = boxes[sides.max(1) >= OVERLAY.letter_height_min]

@@ -17,7 +17,7 @@ from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.overlay import OVERLAY
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.overlay.filling import filled, ink_share
-from warpvec.flat.overlay.marks import Row, mean_ground, rows_of
+from warpvec.flat.overlay.marks import EIGHT_NEIGHBORS, Row, median_ground, rows_of
 from warpvec.flat.regions.islands import find_grounds
 from warpvec.flat.regions.noise import measure_tolerances
 from warpvec.flat.regions.paint_fitting import flat_paints
@@ -25,8 +25,6 @@ from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.regions import Regions, premultiplied
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
-
-_EIGHT = np.ones((3, 3), bool)
 
 
 class Overlay(NamedTuple):
@@ -97,7 +95,7 @@ def _words(picture: Floats32, inks: Floats32, grounds: Integers32, watch: Watch)
 
     Rows that show their ink come first. Where it is known from these, others need not show it.
     """
-    around, tried = mean_ground(picture), 0
+    around, tried = median_ground(picture), 0
     for ink in inks:
         is_apart = np.linalg.norm(ink - around, axis=-1) >= OVERLAY.contrast_min
         rows = list(rows_of(np.where(is_apart, ink_share(picture, around, ink), 0.0)))
@@ -117,7 +115,7 @@ def _words(picture: Floats32, inks: Floats32, grounds: Integers32, watch: Watch)
 def _word(picture: Floats32, row: Row, ink: Floats32, grounds: Integers32) -> _Word | None:
     """Return the word of a ``row``, if it lies over several grounds and these and its ink explain all of its pixels."""
     part = picture[row.window]
-    hidden = ndimage.binary_dilation(row.core, _EIGHT) & (row.core | (grounds == NONE))
+    hidden = ndimage.binary_dilation(row.core, EIGHT_NEIGHBORS) & (row.core | (grounds == NONE))
     if hidden.sum() > OVERLAY.hidden_max or not _has_several_grounds(part, hidden, grounds, ink):
         return None
     for _ in range(OVERLAY.rounds):
@@ -138,7 +136,7 @@ def _is_at(picture: Floats32, color: Floats32) -> Mask:
 
 def _has_several_grounds(part: Floats32, hidden: Mask, grounds: Integers32, ink: Floats32) -> bool:
     """Return whether the pixels beside those that are ``hidden`` [h, w] show several ``grounds``, but no ``ink``."""
-    beside = ndimage.binary_dilation(hidden, _EIGHT, 2) & (grounds != NONE) & ~hidden
+    beside = ndimage.binary_dilation(hidden, EIGHT_NEIGHBORS, 2) & (grounds != NONE) & ~hidden
     is_ink = np.linalg.norm(part[beside] - ink, axis=-1) < OVERLAY.contrast_min
     counts = np.sort(np.unique(grounds[beside], return_counts=True)[1])
     is_apart = is_ink.sum() <= OVERLAY.ring_ink_max * len(is_ink)

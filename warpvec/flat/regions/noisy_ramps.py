@@ -42,8 +42,10 @@ def with_noisy_ramps(
     inside = inside.of_regions(is_chosen)
     union = join_regions(*inside.shown(paints), len(paints), watch)
     is_joined = np.bincount(union, minlength=len(paints)) > 1
-    _rename(assignment, union)
-    pixels = InsidePixels.of(image, assignment, paints).of_regions(is_chosen).of_each_region()
+    if is_joined.any():
+        _rename(assignment, union)
+        inside = InsidePixels.of(image, assignment, paints).of_regions(is_chosen)
+    pixels = inside.of_each_region()
     for name, (points, colors) in pixels.items():
         if watch.is_over():
             break

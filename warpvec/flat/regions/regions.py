@@ -128,9 +128,9 @@ def require_explained(regions: Regions, image: Floats32, unexplained_max: float)
     """
     if math.isinf(unexplained_max):
         return
-    unexplained = _unexplained(regions, image)
-    are_few = len(regions) ** 0.5 * unexplained <= REGIONS.few_root_max
-    _require(unexplained, unexplained_max * (REGIONS.few_factor if are_few else 1.0))
+    left = unexplained(regions.mixed(), image)
+    are_few = len(regions) ** 0.5 * left <= REGIONS.few_root_max
+    _require(left, unexplained_max * (REGIONS.few_factor if are_few else 1.0))
 
 
 def require_few_edges(regions: Regions) -> None:
@@ -164,18 +164,25 @@ def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watc
         top, left = (int(max(size - side, 0) * (place + 0.5) / count)
                      for size, place in ((height, k), (width, 2 * k % count)))  # fmt: skip
         part = np.ascontiguousarray(image[top : top + side, left : left + side])
-        found.append(_unexplained(find_regions(part, watch=watch), part) ** 2)
+        found.append(unexplained(find_regions(part, watch=watch).mixed(), part) ** 2)
     _require(float(np.sqrt(np.mean(found))), REGIONS.parts_factor * unexplained_max)
 
 
-def _unexplained(regions: Regions, image: Floats32) -> float:
-    """Return the root mean square in levels that ``regions`` leave of the colours of ``image`` [h, w, 3 or 4]."""
-    return 255.0 * float(np.sqrt(np.mean((regions.mixed() - premultiplied(image))[..., :3] ** 2)))
+def unexplained(shown: Floats32, image: Floats32, where: Mask | None = None) -> float:
+    """Return the root mean square in levels that a picture leaves of the colours of an ``image``.
+
+    Args:
+        shown: the picture, premultiplied RGBA [h, w, 4], as `Regions.mixed` returns it.
+        image: the image [h, w, 3 or 4], with straight alpha if it has four channels.
+        where: the pixels [h, w] that count; None for all.
+    """
+    difference = (shown - premultiplied(image))[..., :3]
+    return 255.0 * float(np.sqrt(np.mean((difference if where is None else difference[where]) ** 2)))
 
 
-def _require(unexplained: float, most: float) -> None:
-    if unexplained > most:
-        raise NotFlatArtError(f"areas of one paint leave {unexplained:.0f} levels of it unexplained")
+def _require(left: float, most: float) -> None:
+    if left > most:
+        raise NotFlatArtError(f"areas of one paint leave {left:.0f} levels of it unexplained")
 
 
 def _require_flat_art(seeds: Integers32) -> None:
@@ -237,6 +244,6 @@ def _canvas_like(behind: Paints | None, label: Integers32, paints: Paints) -> in
 
 
 def _looks_like(paints: Paints, one: Paints) -> Mask:
-    """Return which of ``paints`` [K] are the flat paint ``one``, or what it was pooled with."""
+    """Return which of ``paints`` [K] are flat and have about the colour of the paint ``one``."""
     difference = np.abs(paints.premultiplied() - one.premultiplied()).max(1)
     return np.asarray((paints.kind == FLAT) & (difference <= REGIONS.canvas_difference))
