@@ -50,9 +50,14 @@ def resized(image: Image.Image, side: int) -> Image.Image:
 
 def as_jpeg(image: Image.Image, quality: int) -> Pixels:
     """Return ``image`` as it comes back from a JPEG."""
+    return np.asarray(saved(image, "JPEG", quality=quality))
+
+
+def saved(image: Image.Image, format: str, **options: int) -> Image.Image:
+    """Return ``image`` as it comes back from a file."""
     file = io.BytesIO()
-    image.save(file, "JPEG", quality=quality)
-    return np.asarray(Image.open(file))
+    image.save(file, format, **options)
+    return Image.open(file).convert("RGB")
 
 
 def blur(pixels: Pixels) -> Pixels:

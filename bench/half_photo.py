@@ -11,7 +11,6 @@ Where auto is in doubt, it draws flat art first, and keeps it only if it explain
 
 from __future__ import annotations
 
-import io
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -20,6 +19,7 @@ from pathlib import Path
 import click
 import numpy as np
 from flat_methods import over_white
+from gate_damage import saved
 from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
@@ -88,13 +88,6 @@ def copies(photos: list[Path], drawings: list[Path]) -> Iterator[tuple[str, str,
         yield "card", f"{path.stem} {form}", card(photo, drawing, form, grounds[number % len(grounds)])
     for path in drawings:
         yield "drawing", path.stem, over_white(path)
-
-
-def saved(image: Image.Image, format: str, **options: int) -> Image.Image:
-    """Return ``image`` as it comes back from a file."""
-    file = io.BytesIO()
-    image.save(file, format, **options)
-    return Image.open(file).convert("RGB")
 
 
 def choice_of(image: Image.Image) -> tuple[Request, Restoration, ModeChoice]:

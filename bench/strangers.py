@@ -17,8 +17,8 @@ from pathlib import Path
 import click
 import numpy as np
 from flat_methods import over_white
-from gate_damage import blur, noise
-from half_photo import SIDES, choice_of, oval, saved
+from gate_damage import blur, noise, saved
+from half_photo import SIDES, choice_of, oval
 from PIL import Image
 from PIL.Image import Resampling
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 import torch
 from cards import card, texture
+from damage import as_jpeg
 from logo import logo, over_matte
 from PIL import Image
 from sweep import sweep
@@ -85,6 +84,5 @@ def test_lines_on_a_ramp_are_no_photo_as_jpeg() -> None:
     <stop offset="1" stop-color="#ff4f8b"/></linearGradient></defs><rect width="256" height="256" fill="#fff"/>
     <rect x="18" y="18" width="220" height="220" fill="url(#a)"/>
     <g fill="none" stroke="#fff" stroke-width="5">{lines}</g></svg>"""
-    file = io.BytesIO()
-    Image.fromarray(rasterize(drawing, sandboxed=False)).save(file, "JPEG", quality=50)
-    assert find_textures(np.asarray(Image.open(file), np.float32) / 255.0, is_jpeg=True) is None
+    image = as_jpeg(Image.fromarray(rasterize(drawing, sandboxed=False)), 50)
+    assert find_textures(np.asarray(image, np.float32) / 255.0, is_jpeg=True) is None

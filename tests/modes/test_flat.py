@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 import signal
 from dataclasses import replace
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from damage import as_jpeg
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
@@ -294,13 +294,6 @@ def small_logo(ground: str) -> NDArray[np.uint8]:
     small = Image.fromarray(rasterize(face, sandboxed=False)).resize((110, 110), Image.Resampling.BOX)
     large = as_jpeg(small, 75).resize((256, 256), Image.Resampling.BICUBIC)
     return np.asarray(as_jpeg(large, 80))
-
-
-def as_jpeg(image: Image.Image, quality: int) -> Image.Image:
-    """Return ``image`` as it comes back from a JPEG."""
-    file = io.BytesIO()
-    image.save(file, "JPEG", quality=quality)
-    return Image.open(file)
 
 
 def test_a_thin_line_that_jpeg_darkens_keeps_its_color() -> None:
