@@ -388,8 +388,8 @@ class RegionConstants:
     """Fewest pixels of a ramp over two regions, and fewest of these at their seam."""
 
     joint_slack: float = 0.5
-    """Where one of two regions has a ramp already, a joint ramp may leave more squares than their paints: this part of
-    what the paint of one leaves, that which leaves less. It has half the stops."""
+    """Where one of two regions has a ramp already, a joint ramp may leave more squares than both paints, because it has
+    half the stops: this part of the squares that the better one of the two paints leaves."""
 
     joint_shared: float = 1.25
     """A small region gets the ramp of a large one that leaves up to so much more than its own paint."""
@@ -518,9 +518,10 @@ class RegionConstants:
     canvas_border_share: float = 0.5
     canvas_pure_share: float = 0.9
     canvas_known_share: float = 0.2
-    """Share of the picture's border that the paint of an opaque canvas has at least; or else its share of the pixels
-    there that show one region alone, and the least share of the border that these have. The rim of fav32_bourbon
-    touches three sides, and leaves four parts of the page: 0.23 of the border are pure, and all of that is the page."""
+    """The paint of an opaque canvas has at least the first share of the picture's border, or the second share of those
+    pixels of the border that show one region alone. These pixels must be the third share of the border. The rim of
+    fav32_bourbon touches three sides, and leaves four parts of the page. There, 0.23 of the border are pure, and all of
+    these show the page."""
 
     canvas_difference: float = 2.5 / 255.0
     """Largest difference of a paint from that of the canvas it was pooled with."""

@@ -1,4 +1,4 @@
-"""What lies below marks: it goes on from both sides, in the direction in which these agree best.
+"""Fill in what lies below marks: the ground goes on from both sides, in the direction in which these agree best.
 
 Along an edge, or a line, the picture looks the same before a letter and behind it. So each pixel of a mark is filled in
 from the two nearest pixels of the ground in one direction. Both sides must have the same profile across it, and the

@@ -12,7 +12,7 @@ from warpvec.flat.regions.regions import Regions, find_canvas
 def with_fewer_regions(regions: Regions, count: int) -> Regions:
     """Return the ``count`` regions that show most; the pixels of the others go to the nearest one of these.
 
-    A region shows by its area and by the squared difference of its colour from those around it.
+    A region shows more the larger it is, and the more its colour differs from those around it.
     """
     if len(regions) <= count:
         return regions

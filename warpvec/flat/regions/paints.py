@@ -101,7 +101,7 @@ class Paints:
         return replace(self, color=color, end_color=end_color)
 
     def first_equal_ramp(self) -> Integers32:
-        """Return the first paint [K] that is the same ramp as each, or its own number for flat ones."""
+        """Return for each paint [K] the number of the first one that is the same ramp. Flat ones keep their own."""
         rows = np.column_stack([getattr(self, name).reshape(len(self), -1) for name in FIELDS])
         _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         own = np.arange(len(self), dtype=np.int32)

@@ -34,7 +34,14 @@ _PARAMETERS = (np.arange(8) + 0.5) / 8
 
 
 class _Round(NamedTuple):
-    """A nearly round loop: its number, the circle of its area, whether it is clockwise, and how far it is off."""
+    """A nearly round loop.
+
+    Attributes:
+        loop: its number.
+        circle: the circle of the same area.
+        is_clockwise: whether the loop is clockwise.
+        off_max: largest distance in pixels of the loop from the circle.
+    """
 
     loop: int
     circle: Ellipse

@@ -1,4 +1,4 @@
-"""Find runs of segments that one line or one cubic can replace, and the costs of replacing them."""
+"""Find runs of segments that one line or one cubic can replace, and measure what each change costs."""
 
 from __future__ import annotations
 

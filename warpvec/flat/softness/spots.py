@@ -91,7 +91,8 @@ def _ellipse(values: Floats, height: int, width: int) -> Floats:
     """Return how much of each pixel an ellipse covers [h, w], by its distance to first order.
 
     Args:
-        values: its centre, the logarithms of its radii, its turn, and the logarithm of the blur, which is left out [6].
+        values: the centre x, y of the ellipse, the logarithms of its two radii, its turn, and the logarithm of a blur
+            [6]. The blur does not count here.
     """
     y, x = np.indices((height, width)) + 0.5
     dx, dy, cos, sin = x - values[0], y - values[1], np.cos(values[4]), np.sin(values[4])
