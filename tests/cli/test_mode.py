@@ -36,6 +36,8 @@ def test_the_summary_says_the_mode_and_how_to_override_it(icon: Path) -> None:
     assert "mode:" not in invoke("run", icon, "--mode", "photo", *QUICK).stdout
     photo = write_photo(icon.parent)
     assert "--mode flat overrides" in invoke("run", photo, *QUICK).stdout
+    assert "the preset best is for photos" in invoke("run", icon, "--preset", "best").stdout
+    assert "is for photos" not in text + invoke("run", photo, "--preset", "draft", *QUICK).stdout
     report = json.loads(invoke("run", icon, "--json", "--size", "3in").stdout)
     assert (report["mode"], report["curves"]) == ("flat", 2)
     assert 'width="3in" height="2in"' in out.read_text()

@@ -21,12 +21,12 @@ RAMP[6:26, 6:26] = np.linspace((0, 0, 160), (0, 0, 96), 20)[:, None]
 def test_what_settings_cost_is_said() -> None:
     plain, flat = (warpvec.vectorize(RAMP, mode="flat", **QUICK, **more) for more in ({}, {"gradients": 0}))
     assert plain.metrics["not_kept"] == {}
-    assert flat.metrics["not_kept"] == {"shades": "1 gradient, one colour each"}
+    assert flat.metrics["not_kept"] == {"shades": "1 gradient (drawn in one colour each)"}
     photo = warpvec.vectorize(RAMP, mode="photo", curves=2, **QUICK)
     assert set(photo.metrics["not_kept"]) == {"shades", "texture"}
     scene = photo.drawing.scene
     soft = replace(photo.drawing, scene=replace(scene, softness=Softness(torch.ones(len(scene)))))
-    assert not_kept(soft)["shades"].endswith("but for 2 soft paths")
+    assert not_kept(soft)["shades"].endswith("but for 2 soft paths)")
     assert not_kept(replace(photo.drawing, start_psnr=20.0)) == {}  # it was refined
 
 

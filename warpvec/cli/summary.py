@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warpvec.checks import counted, in_one_line
-from warpvec.config.fit_config import AUTO
+from warpvec.config.fit_config import AUTO, SETTINGS
 from warpvec.config.modes import MODES
+from warpvec.config.presets import PRESETS
 from warpvec.goals.goal import describe
 from warpvec.goals.registry import QUANTITIES
 from warpvec.writers.registry import SVG_SUFFIXES, writer_of
@@ -56,6 +57,7 @@ def end_fit(
         elif reason is not None:
             metrics["device"] += f" ({reason})"
         metrics |= {"soft_reason": why} if (why := _why_none_is_soft(result)) else {}
+        metrics |= {"unused_preset": name} if (name := _unused_preset(options, metrics["mode"])) else {}
         print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
         ctx.exit(130)  # 128 + SIGINT, as shells have it
@@ -83,6 +85,16 @@ def _why_none_is_soft(result: Result) -> str | None:
     if result.interrupted or result.run.iterations < config.iterations:
         return "the fit ended before they are tried"
     return "none brings the drawing closer to the picture"
+
+
+def _unused_preset(options: dict[str, Any], mode: str) -> str | None:
+    """Return the name of the preset if ``mode`` uses none of its settings; None if it uses some, or if it has none."""
+    name = options.get("preset", "default")
+    changed = set(PRESETS[name].settings)
+    if not changed or mode in ("photo", "mixed"):
+        return None
+    changed.discard("iterations")  # drawings need fewer than any preset has
+    return None if any(mode in SETTINGS[setting].modes for setting in changed) else name
 
 
 _WIDTHS_SHOWN = 4
@@ -148,6 +160,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         is_decided = metrics["mode_reason"].startswith(_BECAUSE)
         hint = "else the picture decides" if is_decided else f"--mode {mode.likeliest_other} overrides"
         lines.append(f"mode: {mode.title} ({{mode_reason}}); {hint}")
+    if metrics.get("unused_preset"):
+        lines.append("the preset {unused_preset} is for photos and changes nothing here")
     if metrics.get("condition_words"):
         lines.append("the picture: {condition_words}")
     if metrics.get("not_kept"):

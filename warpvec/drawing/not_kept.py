@@ -44,10 +44,10 @@ def _areas(drawing: Drawing) -> str | None:
 def _colors(drawing: Drawing) -> str | None:
     settings = drawing.encoding.settings
     if settings.mode in ("mono", "lines"):
-        return "colours, which are black or white" if _is_colored(drawing) else None
+        return "colours (drawn in black and white)" if _is_colored(drawing) else None
     if settings.palette is not None:
         return "colours outside of the palette"
-    return f"colours beyond {settings.colors}, which are the nearest of these" if settings.colors else None
+    return f"colours beyond {settings.colors} (drawn in the nearest of these)" if settings.colors else None
 
 
 def _is_colored(drawing: Drawing) -> bool:
@@ -58,19 +58,19 @@ def _is_colored(drawing: Drawing) -> bool:
 def _shades(drawing: Drawing) -> str | None:
     count = drawing.roughly.get("gradient", 0)
     if count:
-        return f"{counted(count, 'gradient')}, one colour each"
+        return f"{counted(count, 'gradient')} (drawn in one colour each)"
     if drawing.encoding.settings.mode != "photo" or drawing.scene.gradients is not None:
         return None
     soft_count = drawing.scene.soft_count
-    but = f" but for {counted(soft_count, 'soft path')}" if soft_count else ""
-    return f"smooth shades, which are steps of one colour each{but}"
+    but = f", but for {counted(soft_count, 'soft path')}" if soft_count else ""
+    return f"smooth shades (drawn in steps of one colour each{but})"
 
 
 def _texture(drawing: Drawing) -> str | None:
     settings = drawing.encoding.settings
     if settings.mode not in ("photo", "flat") or settings.paper != "auto" or _colors(drawing):
         return None
-    return "fine texture, which is smooth" if drawing.psnr_as_fitted < TEXTURE_PSNR else None
+    return "fine texture (drawn as smooth areas)" if drawing.psnr_as_fitted < TEXTURE_PSNR else None
 
 
 def _noise(drawing: Drawing) -> str | None:
@@ -92,14 +92,14 @@ def _specks(drawing: Drawing) -> str | None:
 
 def _translucency(drawing: Drawing) -> str | None:
     if drawing.left_out.get("translucent fill", 0):
-        return "translucent fills, which are blended with what lies below"
+        return "translucent fills (blended with what lies below)"
     settings, is_transparent = drawing.encoding.settings, drawing.encoding.picture.is_transparent
     return "translucent places" if is_transparent and settings.opacity == "opaque" else None
 
 
 def _softness(drawing: Drawing) -> str | None:
     count = drawing.left_out.get("blur", 0)
-    return f"the blur of {counted(count, 'soft path')}, cut along the outlines" if count else None
+    return f"the blur of {counted(count, 'soft path')} (cut along the outlines)" if count else None
 
 
 def _size(drawing: Drawing) -> str | None:
