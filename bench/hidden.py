@@ -4,7 +4,9 @@
 
 FOLDER has the designers' SVGs. Each is traced, or its tracing is NAME.svg of ``--drawings``. A path of the tracing and
 one of the original are the same shape if they show in nearly the same pixels. Both are taken away, and the pixels where
-the original's showed are compared: there lies what the designer drew below, and what the tracing supposes.
+the original's showed are compared: there lies what the designer drew below, and what the tracing supposes. The column
+"one colour" is the difference that a guess has which knows the answer, but only has the colours around the shape: the
+best of them, everywhere.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from flat_originals import Original, Pixels, find_originals
 from harness import comma_separated, machine_facts, machine_line, markdown_table
 from numpy.typing import NDArray
 from PIL import Image
+from scipy import ndimage
 
 import warpvec
 from warpvec.flat.simplification.outline_samples import top_paths
@@ -32,6 +35,15 @@ AGREEMENT = 0.8
 
 AREA_MIN = 64
 """Pixels in which a shape must show: below smaller ones hardly anything is hidden."""
+
+RING = (2, 4)
+"""Distances in pixels from a shape between which the colours around it are looked at, beyond its soft edge."""
+
+COLOR_STEP = 4
+"""Levels that count as one colour around a shape."""
+
+COLORS_MAX = 12
+"""Most colours around a shape, the frequent ones."""
 
 
 def shapes(ours: Scene, theirs: Scene, height: int, width: int) -> Iterator[tuple[int, int, NDArray[np.bool_]]]:
@@ -48,6 +60,20 @@ def shapes(ours: Scene, theirs: Scene, height: int, width: int) -> Iterator[tupl
             yield own, path, where
 
 
+def best_color_around(image: Pixels, true: Pixels, where: NDArray[np.bool_]) -> float:
+    """Return the least mean difference in levels from ``true`` [h, w, 3] of one colour of the ring around a shape.
+
+    Args:
+        image: the picture [h, w, 3].
+        true: what appears without the shape.
+        where: the pixels [h, w] in which the shape shows.
+    """
+    ring = ndimage.binary_dilation(where, iterations=RING[1]) & ~ndimage.binary_dilation(where, iterations=RING[0])
+    colors, counts = np.unique(image[ring] // COLOR_STEP, axis=0, return_counts=True)
+    often = colors[np.argsort(-counts)][:COLORS_MAX].astype(int) * COLOR_STEP + COLOR_STEP // 2
+    return min((float(np.abs(true[where] - color).mean()) for color in often), default=255.0)
+
+
 def drawn_without(scene: Scene, path: int, height: int, width: int) -> Pixels:
     """Return the drawing [h, w, 3], over white, without one of its paths."""
     rest = torch.arange(len(scene)) != path
@@ -55,19 +81,24 @@ def drawn_without(scene: Scene, path: int, height: int, width: int) -> Pixels:
     return np.round(255.0 * pixels.clip(0.0, 1.0)).astype(np.uint8)
 
 
-def measure(original: Original, drawings: Path | None, size: int, sheet: list[Pixels]) -> list[float]:
-    """Return the mean difference in levels of what appears below each shape; add the worst pair to the ``sheet``."""
+def measure(original: Original, drawings: Path | None, size: int, sheet: list[Pixels]) -> list[tuple[float, float]]:
+    """Return the mean difference in levels of what appears below each shape, and that of the best colour around it.
+
+    Add the worst pair to the ``sheet``.
+    """
     width, height = original.extent(size)
     if drawings is None:
         text = warpvec.vectorize(original.drawn(size, transparent=True), mode="flat", gradients=None).svg()
     else:
         text = (drawings / f"{original.name}.svg").read_text()
     ours, theirs = (scene_of(each, width, height) for each in (text, original.text))
-    found, worst = [], None
+    image = original.drawn(size)
+    found, worst = list[tuple[float, float]](), None
     for own, path, where in shapes(ours, theirs, height, width):
         a, b = drawn_without(ours, own, height, width), drawn_without(theirs, path, height, width)
-        found.append(float(np.abs(a.astype(int) - b)[where].mean()))
-        if found[-1] == max(found):
+        difference = float(np.abs(a.astype(int) - b)[where].mean())
+        found.append((difference, best_color_around(image, b, where)))
+        if difference == max(found)[0]:
             worst = np.concatenate([a, b], 1)
     if worst is not None:
         sheet.append(worst)
@@ -82,16 +113,16 @@ def measure(original: Original, drawings: Path | None, size: int, sheet: list[Pi
 @click.option("--sheet", type=click.Path(dir_okay=False, path_type=Path), help="Save the worst of each: ours, theirs.")
 def main(folder: Path, drawings: Path | None, size: int, names: list[str], sheet: Path | None) -> None:
     """Compare what appears below the shapes of tracings of the SVGs in FOLDER with what their designers drew there."""
-    rows, means, pictures = [], [], list[Pixels]()
+    rows, means, pictures = [], list[tuple[float, float]](), list[Pixels]()
     for original in find_originals(folder, [name for name in names if name]):
         found = measure(original, drawings, size, pictures)
         if found:
-            means.append(fmean(found))
-            rows.append([original.name, len(found), f"{means[-1]:.2f}", f"{max(found):.1f}"])
+            means.append((fmean(ours for ours, _ in found), fmean(one for _, one in found)))
+            rows.append([original.name, len(found), *(f"{mean:.2f}" for mean in means[-1]), f"{max(found)[0]:.1f}"])
     if not rows:
         raise click.ClickException("no drawing has a shape that its tracing has too")
-    rows.append(["mean", "", f"{fmean(means):.2f}", ""])
-    click.echo(markdown_table(("drawing", "shapes", "levels", "worst"), rows))
+    rows.append(["mean", "", *(f"{fmean(column):.2f}" for column in zip(*means, strict=True)), ""])
+    click.echo(markdown_table(("drawing", "shapes", "levels", "one colour", "worst"), rows))
     click.echo(machine_line(machine_facts()))
     if sheet is not None:
         side = max(picture.shape[1] for picture in pictures)
