@@ -12,10 +12,13 @@ class OverlayConstants:
     # Inks and marks (overlay/overlaid_words.py, marks.py)
 
     inks_max: int = 12
+    """Most colours that are tried as inks."""
+
     ink_pixels_min: int = 12
+    """Fewest pixels of an ink in small regions: the stems of one word have as many."""
+
     row_pixels_min: int = 3
-    """Most colours that are tried as inks, least pixels of one in small regions (the stems of one word have as many),
-    and least pixels of it in a row of marks."""
+    """Fewest pixels of an ink in a row of marks that shows it."""
 
     window: int = 15
     """Side in pixels of the window whose median is the ground of a mark: letters of 20 px leave most of it free."""
@@ -28,30 +31,38 @@ class OverlayConstants:
     """Least length of the difference of an ink and the ground. Nearer colours are shades."""
 
     mark_height_max: int = 24
+    """Largest shorter side of a mark in pixels: that of letters of 20 px."""
+
     mark_width_max: int = 96
-    """Shorter and longer side in pixels of the largest mark: letters of 20 px, some of which may touch."""
+    """Largest longer side of a mark in pixels: some letters of 20 px may touch."""
 
     marks_max: int = 1024
     """Most marks of one ink: more are a texture."""
 
     pixels_max: int = 8192
+    """Most pixels of marks that are tried in a picture: a word of 10 px has 150. It bounds the time to some 8 s."""
+
     hidden_max: int = 6144
-    """Most pixels of marks that are tried in a picture, and most pixels of one row: more are a texture. A word of 10 px
-    has 150. They bound the time to some 8 s, and the memory to 200 MB."""
+    """Most pixels of one row: more are a texture. It bounds the memory to 200 MB."""
 
     letters_min: int = 3
+    """Fewest letters of a word: two marks lie on a line by chance."""
+
     letter_share_min: float = 0.5
+    """Share of ink from which a pixel counts as one of a letter, so that neighbours come apart."""
+
     letter_height_min: int = 5
-    """Least letters of a word, the share of ink from which a pixel counts as one of a letter, so that neighbours come
-    apart, and the least longer side of a letter."""
+    """Least longer side of a letter in pixels."""
 
     row_error_max: float = 0.35
     """Root mean square, as a share of the height of the letters, by which their middles may lie off a line."""
 
     ring_share_min: float = 0.05
+    """Least share of the pixels of grounds around a word that show another ground than the most frequent one."""
+
     ring_ink_max: float = 0.02
-    """Least share of the pixels of grounds around a word that show another than the most frequent one, and most share
-    of those in its own ink: an edge of a shape looks like marks in the paint beyond it."""
+    """Largest share of the pixels around a word in its own ink: an edge of a shape looks like marks in the paint beyond
+    it."""
 
     # What lies below (overlay/filling.py)
 
@@ -59,10 +70,13 @@ class OverlayConstants:
     """Pixels around a word that say what lies below it."""
 
     directions: int = 48
+    """Directions in which the ground may go on below a word."""
+
     reach: int = 16
+    """Most pixels from a hidden pixel to the ground on either side."""
+
     step: float = 0.5
-    """Directions in which the ground may go on below a word, pixels from a pixel to the ground on either side, and the
-    distance of the samples."""
+    """Distance in pixels of the samples along a direction."""
 
     profile: tuple[float, ...] = (0.5, 1.0, 2.0, 1.0, 0.5)
     """Weights of the pixels across a direction that are compared on both sides."""
@@ -81,15 +95,21 @@ class OverlayConstants:
     """Weight of the cost at each neighbour: the ground goes on in one direction there."""
 
     rounds: int = 3
-    free_share_max: float = 0.04
-    free_error_max: float = 0.06
     """Rounds of filling. After each, pixels with hardly any ink, as the fill says, show the ground."""
+
+    free_share_max: float = 0.04
+    """Largest share of ink in a pixel that shows the ground."""
+
+    free_error_max: float = 0.06
+    """Largest difference in [0, 1] of a pixel that shows the ground from the fill."""
 
     # What counts as a word (overlay/overlaid_words.py)
 
     rest_max: float = 12.0 / 255
+    """Largest difference of a pixel from its mix of ink and ground that explains it."""
+
     explained_min: float = 0.93
-    """Largest difference of a pixel from its mix of ink and ground, and the least share of pixels within it."""
+    """Least share of the pixels of a word that its ink and the ground explain."""
 
     purest_min: float = 0.75
     """Least share of ink in the purest pixel of a word whose ink is known from another one: strokes of letters of 10 px
