@@ -18,6 +18,7 @@ from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.overlay.overlaid_words import Overlay, find_overlay
+from warpvec.flat.regions.area_structure import require_plain_areas
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import (
@@ -180,6 +181,8 @@ class FlatDrawing:
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max)
             require_few_edges(found)
+            if self.jpeg is None:
+                require_plain_areas(found, image)
         if self.jpeg is None or self.image.shape[2] == 4:
             return self.image, found
         before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, watch)
