@@ -38,6 +38,8 @@ def test_drawings_and_photos_have_no_photos_in_them() -> None:
     image, share = card("rectangle")
     shaded = np.linspace(0.2, 0.9, 200, dtype=np.float32)[None, :, None].repeat(160, 0).repeat(3, 2)
     assert find_textures(texture(160, 200).astype(np.float32)) is None
+    small, larger = image[60:124, 60:124], image[60:128, 60:128]
+    assert find_textures(small) is None and find_textures(larger) is not None
     assert find_textures(np.where(share[..., None] > 0.0, shaded, image)) is None
     assert find_textures(image[:20, :20]) is None
     assert find_textures(over_matte(logo() / np.float32(255.0), 1.0)) is None  # it has a shadow

@@ -28,7 +28,7 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
         image: the picture.
         is_jpeg: whether the picture was a JPEG, in which nothing is quite still.
     """
-    if min(image.shape[:2]) < TEXTURES.side_min:
+    if min(image.shape[:2]) < TEXTURES.side_min or max(image.shape[:2]) <= TEXTURES.thumbnail_side:
         return None
     levels = np.rint(255.0 * image[..., :3]).astype(np.int16)
     change = spread(levels)

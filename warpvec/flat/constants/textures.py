@@ -28,6 +28,9 @@ class TextureConstants:
 
     # Which of the other areas are photos
 
+    thumbnail_side: int = 64
+    """Longest side in pixels of a picture that has no photo in it: details of an icon of 64 px look like texture."""
+
     core_reach: int = 4
     """An area of texture is a square of twice these pixels and one at least. Edges and strokes of small text are
     thinner."""
