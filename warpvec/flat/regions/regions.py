@@ -11,10 +11,10 @@ import numpy as np
 from warpvec.arrays import Floats32, Integers32, Mask
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.regions import REGIONS
-from warpvec.flat.regions.assignment import assign
+from warpvec.flat.regions.assignment import Assignment, assign
+from warpvec.flat.regions.joint_ramps import with_joint_ramps
 from warpvec.flat.regions.lettering import with_lettering
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
-from warpvec.flat.regions.noisy_ramps import with_noisy_ramps
 from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
@@ -101,9 +101,10 @@ def find_regions(
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
-    if tolerances.noise > 0:
+    if tolerances.noise > 0 or _rest(picture, assignment, paints) > REGIONS.explained_max:
         below = _canvas_like(behind, assignment.label, paints)
-        paints = with_noisy_ramps(straight, assignment, paints, tolerances, below, watch)
+        paints = with_joint_ramps(straight, assignment, paints, tolerances, below, watch)
+    if tolerances.noise > 0:
         paints = paints.with_whole_ends(REGIONS.noisy_end)
     is_lettering = None
     # Blur and noise mix more than two paints in a pixel.
@@ -166,6 +167,12 @@ def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watc
         part = np.ascontiguousarray(image[top : top + side, left : left + side])
         found.append(unexplained(find_regions(part, watch=watch).mixed(), part) ** 2)
     _require(float(np.sqrt(np.mean(found))), REGIONS.parts_factor * unexplained_max)
+
+
+def _rest(picture: Floats32, assignment: Assignment, paints: Paints) -> float:
+    """Return the root mean square in levels that ``paints`` leave of a premultiplied ``picture`` [h, w, 4]."""
+    shown = Regions(assignment.label, assignment.other, assignment.share, paints, None).mixed()
+    return 255.0 * float(np.sqrt(np.mean((shown - picture)[..., :3] ** 2)))
 
 
 def unexplained(shown: Floats32, image: Floats32, where: Mask | None = None) -> float:

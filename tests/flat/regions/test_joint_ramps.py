@@ -1,4 +1,4 @@
-"""Gradients of noisy pictures are one region with a ramp, and what a designer drew stays apart."""
+"""Gradients that noise or a steep slope parts are one region, and what a designer drew stays apart."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from warpvec.flat.regions.color_moments import moments_of
-from warpvec.flat.regions.regions import Regions, find_regions
+from warpvec.flat.regions.regions import Regions, find_regions, unexplained
 from warpvec.geometry.paints.registry import FLAT, LINEAR
 
 Floats = NDArray[np.float64]
@@ -48,6 +48,21 @@ def test_two_colors_that_meet_at_an_edge_stay_two_regions(step: float) -> None:
     regions = find_regions(as_noisy(on_white(colors)))
     assert len(strip_of(regions)) == 2
     assert (regions.paints.kind[list(strip_of(regions))] == FLAT).all()
+
+
+def test_a_band_whose_ramp_turns_round_a_corner_has_ramps() -> None:
+    x, y = (place + 0.5 - 10.0 for place in np.indices((128, 128))[::-1])
+    is_across, is_down = (
+        (y > 0.0) & (y < 36.0) & (x > 0.0) & (x < 108.0),
+        (x > 72.0) & (x < 108.0) & (y > 0.0) & (y < 108.0),
+    )
+    place = np.select([is_across & is_down, is_across], [x + 0.5 * y, x], y + 72.0) / 216.0
+    stops = np.array([[1.0, 0.98, 0.3], [1.0, 0.7, 0.05], [1.0, 0.16, 0.34], [1.0, 0.2, 0.55]])
+    colors = np.stack([np.interp(place, np.linspace(0.0, 1.0, 4), channel) for channel in stops.T], -1)
+    picture = np.where((is_across | is_down)[..., None], colors, 1.0).astype(np.float32)
+    regions = find_regions(picture)
+    assert unexplained(regions.mixed(), picture) < 1.0
+    assert len(regions) <= 6
 
 
 def test_a_noisy_page_without_anything_on_it_is_one_region() -> None:

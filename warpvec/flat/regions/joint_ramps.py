@@ -1,4 +1,8 @@
-"""The ramps of noisy pictures, found in whole regions: their areas of pure pixels are too small to show any."""
+"""Ramps that several regions show together.
+
+A noisy picture has areas of pure pixels that are too small to show a ramp, and steep ramps of a clean picture have no
+such areas. Both are broken into flat regions at first.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +23,11 @@ from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
-def with_noisy_ramps(
+def with_joint_ramps(
     image: Floats32, assignment: Assignment, paints: Paints, tolerances: Tolerances, canvas: int | None,
     watch: Watch = UNWATCHED,
 ) -> Paints:  # fmt: skip
-    """Join the regions of a noisy picture that one ramp shows, and return the paints of those that are left.
+    """Join the regions of a picture that one ramp shows, and return the paints of those that are left.
 
     Args:
         image: the picture [h, w, 4], sRGB with straight alpha.
