@@ -70,9 +70,9 @@ class DrawingConstants:
     look black differed by 160."""
 
     snap_canvas: float = 8.0 / 255.0
-    """The same for the canvas, which may be white, too: fits move that of icons of 16 px by up to 4 levels, and traced
-    ones that no pure pixel shows are off by 15 where the fitted one is off by 3. With the 2.5 of others, two of thirteen
-    icons of 16 to 32 px have tinted pages."""
+    """The same for the canvas, which may be white, too: fits move that of icons of 16 px by up to 4 levels. A
+    traced one that no pure pixel shows is off by 15 where the fitted one is off by 3. With the 2.5 of others, two of
+    thirteen icons of 16 to 32 px have tinted pages."""
 
     # Paper (modes/flat.py)
 
