@@ -49,6 +49,15 @@ def test_a_reduction_is_found_before_an_enlargement_too_but_not_in_a_jpeg() -> N
     assert "reduced before that (lanczos)" in str(found[1].words)
 
 
+def test_rims_stay_in_a_picture_of_gradients_that_was_not_enlarged() -> None:
+    large = drawn(8 * 120)
+    ramp = Image.linear_gradient("L").resize(large.size).convert("RGB")
+    ramp.paste(large, mask=large.convert("L").point(lambda level: 255 * (level < 200)))
+    small = ramp.resize((120, large.height // 8), Resampling.LANCZOS)
+    assert find_reduction(levels_of(small)) == "lanczos"
+    assert measure_condition(np.asarray(small, np.float32) / 255.0).reduction is None
+
+
 @pytest.mark.parametrize("kernel", [Resampling.BICUBIC, Resampling.LANCZOS])
 def test_rims_are_undone(kernel: Resampling) -> None:
     given, truth = reduced(120, kernel), reduced(120, Resampling.BOX)

@@ -12,6 +12,7 @@ from warpvec.arrays import Floats, Floats32
 from warpvec.condition.blur import SHARP, EdgeBlur, measure_blur
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.enlargement import Enlargement, find_enlargement
+from warpvec.condition.even_colors import find_even_areas
 from warpvec.condition.jpeg import Jpeg, find_jpeg
 from warpvec.condition.levels import Palette, find_palette
 from warpvec.condition.light import Light, find_uneven_light
@@ -116,14 +117,21 @@ def measure_condition(pixels: Floats32) -> Condition:
         jpeg,
         palette,
         find_uneven_light(levels) if part.size == seen.size else None,
-        _undone_reduction(small) if may_be_rimmed else None,
+        _undone_reduction(small, enlargement is not None) if may_be_rimmed else None,
     )
 
 
-def _undone_reduction(levels: Floats) -> str | None:
-    """Return the kernel that the picture ``levels`` [h, w, 3] in [0, 255] was reduced with, if it can be undone."""
+def _undone_reduction(levels: Floats, is_enlarged: bool) -> str | None:
+    """Return the kernel that the picture ``levels`` [h, w, 3] in [0, 255] was reduced with, if it is to be undone.
+
+    That costs gradients some of their smoothness, which only an enlargement makes up for.
+    """
     found = find_reduction(levels)
-    return found if found is not None and are_rims_few(np.asarray(levels / 255.0, np.float32)) else None
+    if found is None:
+        return None
+    pixels = np.asarray(levels / 255.0, np.float32)
+    areas = find_even_areas(pixels)
+    return found if are_rims_few(areas) and (is_enlarged or areas.gradient_share <= CONDITION.gradient_max) else None
 
 
 def _gray(pixels: Floats32, seen: Floats32) -> NDArray[np.floating[Any]]:

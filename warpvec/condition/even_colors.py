@@ -28,6 +28,11 @@ class EvenAreas(NamedTuple):
     is_still: Mask
     colors: Floats32
 
+    @property
+    def gradient_share(self) -> float:
+        """The share of gradients in what is still."""
+        return 1.0 - float(self.is_inside.sum()) / max(float(self.is_still.sum()), 1.0)
+
 
 def find_even_areas(pixels: Floats32) -> EvenAreas:
     """Return the even areas of ``pixels`` [h, w, 3], in [0, 1]."""

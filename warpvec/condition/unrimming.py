@@ -15,7 +15,7 @@ from scipy.sparse import csr_matrix
 from warpvec.arrays import Floats32, Mask
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.edge_models import REDUCTIONS
-from warpvec.condition.even_colors import find_even_areas, limits, on_even_colors
+from warpvec.condition.even_colors import EvenAreas, find_even_areas, limits, on_even_colors
 
 
 class _Reduction:
@@ -63,9 +63,9 @@ def without_rims(pixels: Floats32, kernel: str) -> Floats32:
     return on_even_colors(result, pixels, areas)[0]
 
 
-def are_rims_few(pixels: Floats32) -> bool:
-    """Return whether ``pixels`` [h, w, 3] in [0, 1] are a drawing, with even areas, whose rims take little time."""
-    is_still = find_even_areas(pixels).is_still
+def are_rims_few(areas: EvenAreas) -> bool:
+    """Return whether a picture with these even ``areas`` is a drawing whose rims take little time."""
+    is_still = areas.is_still
     margin = 2 * CONDITION.unrimmed_margin
     count = sum((rows.stop - rows.start + margin) * (columns.stop - columns.start + margin)
                 for rows, columns in _blocks(~is_still))  # fmt: skip
