@@ -1,11 +1,11 @@
-"""The kernel that a picture was reduced with before its enlargement is told from rims at edges, which are undone."""
+"""The kernel that a picture was reduced with is told from the rims at its edges, which are undone."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from damage import as_jpeg, drawn, enlarged, levels_of
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 from PIL.Image import Resampling
 
 from warpvec.arrays import Floats32
@@ -36,7 +36,7 @@ def test_edges_without_rims_are_left_alone(kernel: Resampling) -> None:
     assert find_reduction(levels_of(reduced(120, kernel))) is None
 
 
-def test_a_reduction_is_found_before_an_enlargement_alone_and_not_in_a_jpeg() -> None:
+def test_a_reduction_is_found_before_an_enlargement_too_but_not_in_a_jpeg() -> None:
     small = reduced(120, Resampling.LANCZOS)
     found = [
         measure_condition(np.asarray(image, np.float32) / 255.0)
@@ -44,8 +44,18 @@ def test_a_reduction_is_found_before_an_enlargement_alone_and_not_in_a_jpeg() ->
         for image in (small, large, as_jpeg(large, 80, subsampling=0))
     ]
     assert found[2].enlargement is not None
-    assert [each.reduction for each in found] == [None, "lanczos", None]
+    assert [each.reduction for each in found] == ["lanczos", "lanczos", None]
+    assert found[0].words == "reduced (lanczos)"
     assert "reduced before that (lanczos)" in str(found[1].words)
+
+
+def test_rims_stay_in_a_picture_of_gradients_that_was_not_enlarged() -> None:
+    large = drawn(8 * 120)
+    ramp = Image.linear_gradient("L").resize(large.size).convert("RGB")
+    ramp.paste(large, mask=large.convert("L").point(lambda level: 255 * (level < 200)))
+    small = ramp.resize((120, large.height // 8), Resampling.LANCZOS)
+    assert find_reduction(levels_of(small)) == "lanczos"
+    assert measure_condition(np.asarray(small, np.float32) / 255.0).reduction is None
 
 
 @pytest.mark.parametrize("kernel", [Resampling.BICUBIC, Resampling.LANCZOS])
@@ -53,3 +63,16 @@ def test_rims_are_undone(kernel: Resampling) -> None:
     given, truth = reduced(120, kernel), reduced(120, Resampling.BOX)
     undone = without_rims(levels_of(given).astype(np.float32) / 255.0, kernel.name.lower())
     assert error(undone, truth) < 0.6 * error(given, truth)
+
+
+def test_small_text_loses_its_rims_and_keeps_its_colors() -> None:
+    ground, ink = (233, 239, 216), (68, 68, 68)
+    large = Image.new("RGB", (4 * 100, 4 * 40), ground)
+    font = ImageFont.load_default(4 * 13)
+    ImageDraw.Draw(large).text((4 * 12, 4 * 12), "Harbour St.", ink, font)
+    given, truth = (large.resize((100, 40), kernel) for kernel in (Resampling.LANCZOS, Resampling.BOX))
+    undone = 255.0 * without_rims(levels_of(given).astype(np.float32) / 255.0, "lanczos")
+    is_lighter = (levels_of(given) > np.array(ground) + 5.0).any(2)
+    assert is_lighter.sum() > 50
+    assert (undone[is_lighter] <= np.array(ground) + 2.0).all()
+    assert error(undone / 255.0, truth) < 0.3 * error(given, truth)

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats32
+from warpvec.arrays import Floats, Floats32
 from warpvec.condition.blur import SHARP, EdgeBlur, measure_blur
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.enlargement import Enlargement, find_enlargement
+from warpvec.condition.even_colors import find_even_areas
 from warpvec.condition.jpeg import Jpeg, find_jpeg
 from warpvec.condition.levels import Palette, find_palette
 from warpvec.condition.light import Light, find_uneven_light
 from warpvec.condition.noise import measure_noise
 from warpvec.condition.reduction import find_reduction
 from warpvec.condition.restoration import before_enlargement
+from warpvec.condition.unrimming import are_rims_few
 from warpvec.image.alpha import is_transparent, over
 from warpvec.image.luma import LUMA
 
@@ -33,8 +35,8 @@ class Condition:
         jpeg: what it was saved as; None for no JPEG.
         palette: its few colours; None for many.
         light: the light on its paper; None if it is even, or no paper.
-        reduction: the kernel that it was reduced with before it was enlarged, if this has left rims at edges that can
-            be undone; None if not.
+        reduction: the kernel that it was reduced with, before it was enlarged if it was, if this has left rims at edges
+            that can be undone; None if not.
     """
 
     enlargement: Enlargement | None = None
@@ -75,7 +77,7 @@ class Condition:
             size = f"{found.width} x {found.height} px"
             parts.append(f"enlarged {found.factor:.3g} times from {size} ({found.kernel})")
         if self.reduction is not None:
-            parts.append(f"reduced before that ({self.reduction})")
+            parts.append(f"reduced{'' if found is None else ' before that'} ({self.reduction})")
         if self.blur:
             parts.append(f"blur {self.blur:.1f} px")
         if any(self.noise):
@@ -104,17 +106,32 @@ def measure_condition(pixels: Floats32) -> Condition:
         restored = before_enlargement(pixels, enlargement)
         small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
-    # JPEG leaves ringing at thin parts, which looks like the rims of a kernel.
-    is_undone = enlargement is not None and jpeg is None and not (is_transparent(pixels) or any(noise))
+    palette = find_palette(np.rint(small))
+    # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; two levels have none.
+    has_two = palette is not None and palette.color_count <= 2
+    may_be_rimmed = jpeg is None and not (has_two or is_transparent(pixels) or any(noise))
     return Condition(
         enlargement,
         measure_blur(small @ LUMA, max(noise)),
         noise,
         jpeg,
-        find_palette(np.rint(small)),
+        palette,
         find_uneven_light(levels) if part.size == seen.size else None,
-        find_reduction(small) if is_undone and small[..., 0].size <= CONDITION.unrimmed_pixels_max else None,
+        _undone_reduction(small, enlargement is not None) if may_be_rimmed else None,
     )
+
+
+def _undone_reduction(levels: Floats, is_enlarged: bool) -> str | None:
+    """Return the kernel that the picture ``levels`` [h, w, 3] in [0, 255] was reduced with, if it is to be undone.
+
+    That costs gradients some of their smoothness, which only an enlargement makes up for.
+    """
+    found = find_reduction(levels)
+    if found is None:
+        return None
+    pixels = np.asarray(levels / 255.0, np.float32)
+    areas = find_even_areas(pixels)
+    return found if are_rims_few(areas) and (is_enlarged or areas.gradient_share <= CONDITION.gradient_max) else None
 
 
 def _gray(pixels: Floats32, seen: Floats32) -> NDArray[np.floating[Any]]:

@@ -88,15 +88,17 @@ class ConditionConstants:
     drawing with bars has 0.76, and 0.88 on one axis. Of 115 drawings that were enlarged by 1.5 to 8, 107 are found, and
     76 of 105 that were then saved as JPEG of quality 60 to 90."""
 
-    # Reduction before an enlargement (edge_models.py, reduction.py, unrimming.py)
+    # Reduction (edge_models.py, reduction.py, even_colors.py, unrimming.py)
 
     patch_reach: int = 3
     patch_slope_min: float = 60.0
     patch_rounds: int = 8
     patches_min: int = 50
     patches_max: int = 1200
+    patches_few: int = 150
     """Pixels on each side of the middle of a patch, as far as Lanczos reaches; least change of levels over two pixels
-    there; rounds of the fit; fewest patches with an edge that tell; and most that are looked at, for time."""
+    there; rounds of the fit; fewest patches with an edge that tell; most that are looked at, for time; and most that
+    tell first whether edges may have rims at all."""
 
     curvature_max: float = 0.2
     step_min: float = 30.0
@@ -105,12 +107,48 @@ class ConditionConstants:
     kernel leaves unexplained, as a share of it: corners and thin lines leave more, and tell nothing."""
 
     reduction_share_max: float = 0.9
-    """What the best kernel leaves unexplained is at most this share of what the second best does. Right ones leave 0.17
-    to 0.74 in 16 clean pictures, a wrong one 0.95, and up150_mio has 0.70. JPEGs are left as they are: of 11 of quality
-    80 that were reduced by means, a thin one counts as bicubic with 0.6."""
+    """What the best kernel with rims leaves unexplained is at most this share of what the best without does. Right ones
+    leave 0.17 to 0.74 in 16 clean pictures, and up150_mio has 0.70. Bicubic and Lanczos are taken for each other where
+    most edges are level: rims are undone nearly as well. JPEGs are left as they are: of 11 of quality 80 that were
+    reduced by means, a thin one counts as bicubic with 0.6."""
 
-    unrimmed_pixels_max: int = 50_000
-    """Most pixels of a picture whose rims are undone. It takes some 3 s of one thread for 20,000."""
+    unrimmed_pixels_max: int = 150_000
+    still_share_min: float = 0.3
+    """Most pixels that rims are undone in, which takes some 5 CPU s for 100,000; and least share of even areas and
+    gradients in a drawing: kodim15 counts as reduced."""
+
+    gradient_max: float = 0.1
+    """Most that gradients may have of the still pixels of a picture that was not enlarged. Charts, maps and logos have
+    0.0; icons with gradients have 0.2 to 0.34, of which firefox came out worse by 3 dB at 4x, and microsoft-edge by
+    0.5."""
+
+    unrimmed_block: int = 32
+    unrimmed_margin: int = 6
+    """Side in pixels of the parts that rims are undone in, so that even areas take no time, and pixels around each that
+    are looked at with it: twice as far as Lanczos reaches."""
+
+    even_side: int = 3
+    even_range: float = 1.5 / 255
+    still_bend: float = 2.1 / 255
+    """Side in pixels of a square of one colour; range of its values, which rounding may change by one; and second
+    difference in a gradient, which rounding may change by two."""
+
+    even_colors_max: int = 64
+    even_pixels_min: int = 24
+    even_apart: int = 2
+    """Most colours of even areas that are looked at; fewest pixels of one; and levels by which they differ."""
+
+    even_reach: int = 10
+    even_snap: float = 5.0 / 255
+    """Distance in pixels at which a pixel may show the colour of an even area, and the difference from it that counts
+    as none. Total variation leaves up to 4 levels of a thin white line, and rounding one more."""
+
+    rim_reach: int = 3
+    rim_share: float = 0.2
+    rim_cosine: float = 0.9
+    """Distance in pixels between a rim and what it is a rim against; its largest strength, as a share of their
+    contrast: Lanczos has 0.07 at one edge and 0.09 beside a thin line, and the gap between two stems has twice as much;
+    and the least cosine between the two directions of colour, as white and black cut a rim off."""
 
     fineness: int = 3
     fine_weight: float = 100.0

@@ -1,12 +1,12 @@
-"""Find out by which kernel a picture was reduced before it was enlarged, from the rims of its edges."""
+"""Find out by which kernel a picture was reduced, from the rims of its edges."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Mask
 from warpvec.condition.constants import CONDITION
-from warpvec.condition.edge_models import REDUCTIONS, fit_edges
+from warpvec.condition.edge_models import MEANS, REDUCTIONS, fit_edges
 
 RIMMED = ("bicubic", "lanczos")
 """The kernels of `REDUCTIONS` that leave rims at edges."""
@@ -18,7 +18,7 @@ def find_reduction(levels: Floats) -> str | None:
     It is None if edges do not tell, or if they have no rims.
     """
     patches = _patches(levels)
-    if len(patches) < CONDITION.patches_min:
+    if len(patches) < CONDITION.patches_min or not _may_be_rimmed(patches):
         return None
     fits = {name: fit_edges(patches, name) for name in REDUCTIONS}
     rest = np.stack([fit.rest for fit in fits.values()])
@@ -27,9 +27,18 @@ def find_reduction(levels: Floats) -> str | None:
         return None
     kept = np.minimum(rest[:, is_edge], 2.0 * CONDITION.edge_rest_max)
     score = dict(zip(fits, np.sqrt((kept**2).mean(1)).tolist(), strict=True))
-    best, second = sorted(score, key=lambda name: score[name])[:2]
-    is_sure = best in RIMMED and score[best] <= CONDITION.reduction_share_max * score[second]
-    return best if is_sure else None
+    best = min(score, key=lambda name: score[name])
+    plain = min(score[name] for name in score if name not in RIMMED)
+    return best if score[best] <= CONDITION.reduction_share_max * plain else None
+
+
+def _may_be_rimmed(patches: Floats) -> bool:
+    """Return whether edges with rims explain a few of the ``patches`` [N, side, side] better than edges without."""
+    few = patches[:: -(-len(patches) // CONDITION.patches_few)]
+    rest = np.stack([fit_edges(few, name).rest for name in (RIMMED[0], MEANS)])
+    rest = rest[:, rest.min(0) < CONDITION.edge_rest_max].clip(0.0, 2.0 * CONDITION.edge_rest_max)
+    rimmed, plain = (rest**2).sum(1)
+    return bool(rimmed < CONDITION.reduction_share_max**2 * plain)
 
 
 def _patches(levels: Floats) -> Floats:
@@ -45,13 +54,16 @@ def _patches(levels: Floats) -> Floats:
     return patches if len(patches) <= CONDITION.patches_max else patches[chosen]
 
 
-def _is_steepest(channel: Floats) -> Floats:
+def _is_steepest(channel: Floats) -> Mask:
     """Return whether each pixel [h, w] of ``channel`` is at least as steep as its neighbours across the edge."""
     across, down = np.zeros_like(channel), np.zeros_like(channel)
     across[:, 1:-1], down[1:-1] = channel[:, 2:] - channel[:, :-2], channel[2:] - channel[:-2]
-    slope, angle = np.hypot(across, down), np.arctan2(down, across)
-    y, x = np.mgrid[0 : channel.shape[0], 0 : channel.shape[1]]
+    slope = np.hypot(across, down)
+    y, x = np.nonzero(slope > CONDITION.patch_slope_min)
+    angle = np.arctan2(down[y, x], across[y, x])
     right, below = np.rint(np.cos(angle)).astype(np.int64), np.rint(np.sin(angle)).astype(np.int64)
     padded = np.pad(slope, 1)
     ahead, behind = padded[y + 1 + below, x + 1 + right], padded[y + 1 - below, x + 1 - right]
-    return np.asarray((slope > CONDITION.patch_slope_min) & (slope >= ahead) & (slope > behind))
+    result = np.zeros(channel.shape, bool)
+    result[y, x] = (slope[y, x] >= ahead) & (slope[y, x] > behind)
+    return result

@@ -281,9 +281,19 @@ class FlatDrawing:
         for gradients, rows in ((scene.gradients, slice(None)), (traced.gradients, scene.generation)):
             if gradients is not None:
                 is_near &= (gradients.kind == FLAT)[rows]
-        canvas = traced.background
-        background = canvas if bool((scene.background - canvas).abs().amax() <= snap) else scene.background
+        background = snapped_canvas(scene.background, traced.background, max(snap, DRAWING.snap_canvas))
         return replace(scene, color=torch.where(is_near[:, None], color, scene.color), background=background)
+
+
+def snapped_canvas(fitted: Tensor, traced: Tensor, limit: float) -> Tensor:
+    """Return the colour [3] that a canvas was ``traced`` in, or white, if the ``fitted`` one is that within ``limit``.
+
+    The page of a small icon has few pixels of its own, so that a fit takes it for what is left of the edges.
+    """
+    for known in (traced, torch.ones_like(fitted)):
+        if bool((fitted - known).abs().amax() <= limit):
+            return known
+    return fitted
 
 
 def watch_for_cutting(watch: Watch, scene: Scene) -> Watch:

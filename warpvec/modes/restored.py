@@ -126,9 +126,9 @@ def _before(request: Request, condition: Condition) -> Request:
             if are_rectangles(pixels):  # the picture has their edges as exactly
                 return request
         if condition.reduction is not None:
-            from warpvec.condition.unrimming import without_rims
-
-            pixels = without_rims(pixels, condition.reduction)
+            pixels = _without_rims(pixels, condition.reduction)
+    elif condition.reduction is not None and max(pixels.shape[:2]) <= request.settings.fit_size:
+        pixels = _without_rims(pixels, condition.reduction)
     elif condition.light is not None and not picture.is_transparent and request.settings.threshold == "auto":
         from warpvec.condition.light import in_even_light
 
@@ -139,6 +139,12 @@ def _before(request: Request, condition: Condition) -> Request:
     if is_noisy:
         reduced = _without_noise(reduced, condition.noise, reduced[..., 0].size / pixels[..., 0].size)
     return _with_picture(request, replace(picture, reduced=reduced, is_restored=True))
+
+
+def _without_rims(pixels: NDArray[np.float32], kernel: str) -> NDArray[np.float32]:
+    from warpvec.condition.unrimming import without_rims
+
+    return without_rims(pixels, kernel)
 
 
 def _without_noise(reduced: NDArray[np.float32], noise: tuple[float, ...], share: float) -> NDArray[np.float32]:
