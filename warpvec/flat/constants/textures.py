@@ -63,6 +63,11 @@ class TextureConstants:
     the smallest share of pixels with more. Kodak's photos in cards and ovals have 0.74 and more, as JPEG too; the
     stroke of a letter of logo_kotlin, as a JPEG that is not found, has 0.11."""
 
+    flatness_max: float = 1.4
+    """Largest number by which `warpvec.flat.mode_choice` tells flat art from photos, above 0 for flat art, of the box
+    around a photo. Ovals, cards and small pictures of Kodak's photos, as they are and as JPEG, have up to 0.2; of 80
+    logos with gradients as JPEG of quality 30 to 50, the 14 that were taken for photos in part have 2.6 to 12."""
+
     drawing_rest_max: float = 22.0
     drawing_root_max: float = 64.0
     drawing_product_max: float = 400.0

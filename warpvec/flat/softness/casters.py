@@ -169,7 +169,8 @@ def _with_unlike(change: Floats, casters: Mask, ground: Ground, found: tuple[Flo
     """Return the ``casters`` [h, w] with what is far from the shadow, if it is little: thin things with no plateau."""
     is_open = ground.region & ~ndimage.binary_dilation(casters, iterations=2)
     rest = largest_channel(np.abs(change - found[1].shade_of(found[0], ground.deviation)))
-    is_off = is_open & (rest > SOFTNESS.off_levels) & ~ground.is_seen
+    most = max(SOFTNESS.off_levels, SOFTNESS.off_amplitude * float(np.abs(found[1].amplitude).max()))
+    is_off = is_open & (rest > most) & ~ground.is_seen
     if not 0 < is_off.sum() <= SOFTNESS.cast_off * (is_open & ~ground.is_seen).sum():
         return casters
     # So do the anti-aliased pixels between it and the shapes.
@@ -255,7 +256,7 @@ def _without_shaded(
     real = casters & (parts.number > 0) & ~np.isin(parts.number, shaded)
     _, (y, x) = ndimage.distance_transform_edt(~real, return_indices=True)
     is_edge = (parts.number == 0) & (largest_channel(np.abs(change - change[y, x])) > SOFTNESS.jump)
-    is_near = (rest < graded_error) | ndimage.binary_dilation(casters & np.isin(owner, shaded), iterations=3)
+    is_near = (rest < SOFTNESS.jump) | ndimage.binary_dilation(casters & np.isin(owner, shaded), iterations=3)
     return casters & ~np.isin(owner, shaded) & ~(is_edge & is_near)
 
 
