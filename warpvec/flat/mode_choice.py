@@ -80,10 +80,10 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     return ModeChoice("flat", f"{colors}, {percent}")
 
 
-def flatness_of(image: Floats32) -> float:
-    """Return the `flatness` of ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none."""
+def shares_of_image(image: Floats32) -> Shares:
+    """Return the shares of ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none."""
     levels = _copy_of(image)
-    return flatness(shares_of(levels, spread(levels)))
+    return shares_of(levels, spread(levels))
 
 
 def flatness(shares: Shares) -> float:

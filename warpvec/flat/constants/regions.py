@@ -70,9 +70,9 @@ class RegionConstants:
     jpeg_few_root_max: float = 38.0
     """Regions whose count, as its root, times the levels that they leave is at most the second are few, and may leave
     more by the first; in a JPEG, the third. Of 46 copies of gradient logos in doubt, as JPEG of quality 30 and 45, 28
-    leave 5 to 9 levels with products of 10 to 24, eleven more with up to 37, and three with 38 to 47. Kodak's photos and
-    ovals in doubt have 49 and more, as JPEG too, and so has a rocket in a disc with 42; a retina in a disc has 25, and
-    leaves more than they may as a JPEG."""
+    leave 5 to 9 levels with products of 10 to 24, eleven more with up to 37, and three with 38 to 47. Kodak's photos
+    and ovals in doubt have 49 and more, as JPEG too, and a rocket in a disc has 42; a retina in a disc has 25, and
+    leaves more than it may as a JPEG."""
 
     jpeg_rounds: int = 2
     """Times that the regions of a JPEG are found in the picture before it. The root mean square of its difference from

@@ -205,8 +205,8 @@ class SoftnessConstants:
     off_amplitude: float = 0.4
     cast_off: float = 0.15
     """Difference from the shadow above which a pixel of its zone belongs to something on the ground, in levels and in
-    the amplitude of the shadow; and the largest share of the zone that does. A shadow of 2.4 px and 219 levels is off by
-    60 levels beside a corner whose coverage is not known well; words on the ground are off by 90 and more."""
+    the amplitude of the shadow; and the largest share of the zone that does. A shadow of 2.4 px and 219 levels is off
+    by 60 levels beside a corner whose coverage is not known well; words on the ground are off by 90 and more."""
 
     seen_min: float = 0.5
     """Share of its shadow that must be seen there. It is 0 or 1, but for what lies there besides."""
