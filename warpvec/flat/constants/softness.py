@@ -170,7 +170,7 @@ class SoftnessConstants:
     gradients has 1,400."""
 
     explained: float = 0.02
-    """The same as ``unexplained`` for a shadow after which no other ground is tried."""
+    """The same as ``unexplained`` for a shadow after which no other ground is tried, and no drawing of bands."""
 
     begin_unexplained: float = 0.4
     """The same as ``unexplained`` where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from
