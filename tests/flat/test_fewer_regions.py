@@ -117,13 +117,16 @@ def test_few_regions_may_leave_more_than_many() -> None:
     row, column = np.indices((64, 64))
     ripple = (np.where((row + column) % 2, 6.0, -6.0) / 255.0).astype(np.float32)[..., None]
 
-    def check(side: int) -> None:
+    def check(side: int, is_jpeg: bool = False) -> None:
         label = (row // side * (64 // side) + column // side).astype(np.int32)
         values = np.random.default_rng(0).uniform(0.2, 0.8, (label.max() + 1, 4)).astype(np.float32)
         values[:, 3] = 1.0
         found = Regions(label, label, np.ones((64, 64), np.float32), flat_paints(values))
-        require_explained(found, found.mixed()[..., :3] + ripple, MODE_CHOICE.unexplained_max)
+        require_explained(found, found.mixed()[..., :3] + ripple, MODE_CHOICE.unexplained_max, is_jpeg)
 
     check(32)
+    check(12, is_jpeg=True)
     with pytest.raises(NotFlatArtError, match="6 levels of it unexplained"):
-        check(8)
+        check(12)
+    with pytest.raises(NotFlatArtError, match="6 levels of it unexplained"):
+        check(8, is_jpeg=True)

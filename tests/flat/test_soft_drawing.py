@@ -13,7 +13,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.flat.softness.casters import find_casters
-from warpvec.flat.softness.grounds import find_grounds, find_plateaus
+from warpvec.flat.softness.grounds import find_grounds, find_parts, find_plateaus
 from warpvec.flat.softness.shadows import find_shadow, find_shadows
 from warpvec.flat.softness.shapes import casting_paths, find_gaps, measured_again, paths_below
 from warpvec.image.colors import parse_color
@@ -54,6 +54,9 @@ def test_a_shadow_is_measured(sigma: float, ground: str, color: str, offset: tup
     assert np.abs(found.look.amplitude / 255.0 - 0.6 * change).max() <= 4.0 / 255.0
 
 
+RAMP_INK = """<linearGradient id="i" x2="0" y2="1"><stop stop-color="#06c"/><stop offset="1" stop-color="#60f"/>
+</linearGradient><path fill="url(#i)" d="{}"/>"""
+
 RAMP = """<linearGradient id="r" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="20" y2="80">
 <stop stop-color="#e8d8c0"/><stop offset="1" stop-color="#f8f0ff"/></linearGradient>
 <rect width="80" height="80" fill="url(#r)"/>"""
@@ -82,8 +85,8 @@ def test_a_ground_that_changes_slowly_casts_no_shadow_on_itself() -> None:
     y, x = np.indices((400, 400)) - 200
     glow = np.round(255.0 - 90.0 * np.exp(-(x * x + y * y) / 2 / 70.0**2))[..., None].repeat(3, 2)
     plateaus, count = find_plateaus(glow)
-    grounds = list(find_grounds(glow, plateaus, count))
-    assert grounds and all(find_casters(glow, plateaus, count, ground) is None for ground in grounds)
+    grounds, parts = list(find_grounds(glow, plateaus, count)), find_parts(glow, plateaus, count)
+    assert grounds and all(find_casters(glow, parts, ground) is None for ground in grounds)
 
 
 def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
@@ -109,6 +112,30 @@ def test_a_shape_without_a_shadow_beside_one_with_it_changes_nothing() -> None:
     assert found is not None
     assert found.look.offset == pytest.approx((-6, -8), abs=0.1) and found.look.sigma == pytest.approx(3.0, rel=0.03)
     assert found.casters[66, 60] == 0.0 and found.casters[30, 30] == 1.0
+
+
+def test_a_shape_with_a_gradient_casts_a_shadow() -> None:
+    pytest.importorskip("svgelements")
+    ramp = RAMP_INK.format("M24 24h28v16h-12v14h-16z")
+    found = find_shadow(picture(top=ramp))
+    assert found is not None and found.is_cast
+    assert found.look.offset == pytest.approx((4.0, 6.0), abs=0.2) and found.look.sigma == pytest.approx(3.0, rel=0.05)
+    np.testing.assert_allclose(found.casters[26:38, 26:50], 1.0)
+
+
+def test_a_thin_line_in_a_shadow_belongs_to_what_lies_above_it() -> None:
+    pytest.importorskip("svgelements")
+    line = '<path fill="none" stroke="#123" stroke-width="1.4" d="M18 66l8-6 6 8 8-8 6 8 8-6"/>'
+    found = find_shadow(picture(sigma=4, top=line))
+    assert found is not None and found.is_cast
+    assert found.look.offset == pytest.approx((4.0, 6.0), abs=0.1) and found.look.sigma == pytest.approx(4.0, rel=0.03)
+    assert found.clean[60:69, 30:50].min() < 0.5 and found.clean[50:56, 45:50].min() > 0.98
+
+
+def test_a_band_of_a_gradient_is_no_ground() -> None:
+    levels = np.linspace(160.0, 200.0, 200)[:, None, None].repeat(120, 1).repeat(3, 2).round()
+    grounds = list(find_grounds(levels, *find_plateaus(levels)))
+    assert [ground.is_flat for ground in grounds] == [False]
 
 
 def test_what_lies_on_the_shape_stays_as_it_is_without_the_shadow() -> None:

@@ -88,3 +88,16 @@ def test_lines_on_a_ramp_are_no_photo_as_jpeg() -> None:
     <g fill="none" stroke="#fff" stroke-width="5">{lines}</g></svg>"""
     image = as_jpeg(Image.fromarray(rasterize(drawing, sandboxed=False)), 50)
     assert find_textures(np.asarray(image, np.float32) / 255.0, is_jpeg=True) is None
+
+
+def test_bars_with_a_gradient_are_no_photo_as_poor_jpeg() -> None:
+    bars = "".join(
+        f'<rect x="{x}" y="{90 - high}" width="5" height="{2 * high}" rx="2.5"/>'
+        for x, high in zip(range(20, 160, 10), np.random.default_rng(0).integers(45, 80, 14), strict=True)
+    )
+    drawing = f"""<svg xmlns="http://www.w3.org/2000/svg" width="180" height="180"><defs>
+    <linearGradient id="a" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="0" y2="180"><stop stop-color="#ff8c14"/>
+    <stop offset="1" stop-color="#f0323c"/></linearGradient></defs><rect width="180" height="180" fill="#fff"/>
+    <g fill="url(#a)">{bars}</g></svg>"""
+    image = as_jpeg(Image.fromarray(rasterize(drawing, sandboxed=False)), 30)
+    assert find_textures(np.asarray(image, np.float32) / 255.0, is_jpeg=True) is None

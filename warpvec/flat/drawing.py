@@ -179,7 +179,7 @@ class FlatDrawing:
             require_explained_parts(image, self.unexplained_max, watch)
         found = find_regions(image, self.config.min_area, watch, may_refuse)
         if self.unexplained_max is not None:
-            require_explained(found, image, self.unexplained_max)
+            require_explained(found, image, self.unexplained_max, is_jpeg=self.jpeg is not None)
             require_few_edges(found)
             if self.jpeg is None:
                 require_plain_areas(found, image)

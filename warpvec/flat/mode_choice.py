@@ -80,6 +80,12 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     return ModeChoice("flat", f"{colors}, {percent}")
 
 
+def shares_of_image(image: Floats32) -> Shares:
+    """Return the shares of ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none."""
+    levels = _copy_of(image)
+    return shares_of(levels, spread(levels))
+
+
 def flatness(shares: Shares) -> float:
     """Return a number above 0 for flat art and below 0 for photos."""
     weighted = (

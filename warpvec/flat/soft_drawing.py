@@ -68,7 +68,8 @@ class SoftDrawing:
             hard = self.hard.draw(detail)
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
         soft = self._soft(detail)
-        is_sure = bool(self._shadows) and all(shadow.is_cast for shadow in self._shadows)
+        sure = [shadow.is_cast and shadow.look.unexplained <= SOFTNESS.explained for shadow in self._shadows]
+        is_sure = bool(sure) and all(sure)
         if soft is not None and (self._is_all_soft or (is_sure and self._is_right(soft[0]))):
             return soft
         return self._better(soft, self.hard.draw(detail))

@@ -13,7 +13,7 @@ from warpvec.arrays import Floats, Floats32, Integers32, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
-from warpvec.flat.mode_choice import Levels
+from warpvec.flat.mode_choice import Levels, flatness, shares_of_image
 from warpvec.flat.mono import otsu_threshold
 from warpvec.flat.regions.regions import find_regions, unexplained
 from warpvec.image.spread import largest_channel, spread
@@ -45,6 +45,7 @@ def find_textures(image: Floats32, is_jpeg: bool = False) -> Mask | None:
             and _is_texture(is_part, change[place])
             and _is_rough(is_part, levels[place])
             and _has_many_levels(levels[place][is_part])
+            and not _is_flat_box(image[place])
             and not _is_drawing(is_part, image[place])  # last, as it takes longest
         ):
             found[place] |= is_part
@@ -131,6 +132,12 @@ def _has_many_levels(levels: Levels) -> bool:
     dark, light = np.median(gray[is_dark]), np.median(gray[~is_dark])
     off = np.abs(gray - np.where(is_dark, dark, light))
     return bool((off > TEXTURES.off_share * (light - dark)).mean() >= TEXTURES.off_min)
+
+
+def _is_flat_box(image: Floats32) -> bool:
+    """Return whether the box ``image`` [h, w, 3] around a part would be flat art beyond doubt."""
+    shares = shares_of_image(image)
+    return flatness(shares) > TEXTURES.flatness_max and shares.shading < TEXTURES.shading_min
 
 
 def _is_drawing(is_part: Mask, image: Floats32) -> bool:

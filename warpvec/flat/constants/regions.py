@@ -67,9 +67,12 @@ class RegionConstants:
 
     few_factor: float = 1.6
     few_root_max: float = 24.0
+    jpeg_few_root_max: float = 38.0
     """Regions whose count, as its root, times the levels that they leave is at most the second are few, and may leave
-    more by the first. Of 15 logos in doubt, as JPEG of quality 30 and 50, seven leave 5 to 7 levels with products of 13
-    to 23, six more with up to 41. Kodak's photos and ovals in doubt have 49 and more, a retina in a disc 25."""
+    more by the first; in a JPEG, the third. Of 46 copies of gradient logos in doubt, as JPEG of quality 30 and 45, 28
+    leave 5 to 9 levels with products of 10 to 24, eleven more with up to 37, and three with 38 to 47. Kodak's photos
+    and ovals in doubt have 49 and more, as JPEG too, and a rocket in a disc has 42; a retina in a disc has 25, and
+    leaves more than it may as a JPEG."""
 
     deep: int = 8
     """Pixels from all borders of regions from which on a pixel lies deep inside: traces of a JPEG reach as far."""

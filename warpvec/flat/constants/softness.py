@@ -15,6 +15,10 @@ class SoftnessConstants:
     plateau_area: int = 9
     """Fewest pixels of a plateau that may cast a shadow: three by three, which a blurred edge seldom has."""
 
+    speck_area: int = 20
+    """Pixels, with those of the edge, below which a shape or a hole in what casts a shadow is none: a plateau with its
+    edge has 25."""
+
     jump: float = 12.0
     """Least difference in levels across the edge of a shape that casts a shadow. The bands of a shadow of one level
     each differ by one or two."""
@@ -49,12 +53,26 @@ class SoftnessConstants:
     graded_samples: int = 5_000
     """Most pixels to which it is fitted: three numbers a channel need no more."""
 
+    overlapping: float = 0.12
+    """Share of a shadow up to which the picture may differ from it, as ``unexplained``, and yet show nothing else."""
+
     below_share: float = 0.5
     """Share of the visible pixels of a ground from which on a path that covers them is the ground, or lies below it.
     The ground covers nearly all of them. A path above it covers hardly any."""
 
     own_share: float = 0.5
-    """Share of a plateau that is the ground itself, from which on it casts no shadow. It is near 0 or 1."""
+    """Share of a plateau that is the ground itself, from which on it casts no shadow; or that a gradient explains, from
+    which on it is a band of it and no ground. It is near 0 or 1."""
+
+    one_color: float = 0.99
+    """Share of the pixels of an even area that have its middle colour, below which it has a gradient."""
+
+    own_share_graded: float = 0.05
+    """The same as ``own_share`` for an area with a gradient: the soft zone around a shape, with a bit of the ground,
+    casts nothing."""
+
+    grown: float = 3.0
+    """Pixels between the inside of an even area and its edge."""
 
     zone_area: int = 60
     """Fewest pixels of a soft zone: a shadow of 1 px around a shape of 20 px has as many."""
@@ -152,7 +170,7 @@ class SoftnessConstants:
     gradients has 1,400."""
 
     explained: float = 0.02
-    """The same as ``unexplained`` for a shadow after which no other ground is tried."""
+    """The same as ``unexplained`` for a shadow after which no other ground is tried, and no drawing of bands."""
 
     begin_unexplained: float = 0.4
     """The same as ``unexplained`` where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from
@@ -166,6 +184,10 @@ class SoftnessConstants:
     """Difference in levels from the shadow, as the other shapes cast it, up to which a plateau belongs to it. Plateaus
     between letters differ by 0.2 to 2.6, once the shadow is nearly known."""
 
+    graded_error: float = 0.15
+    """The same for an area with a gradient, in the amplitude of the shadow: what letters enclose differs by 0.12 from
+    the first rough shadow, and shapes of a gradient have other colours."""
+
     painted_min: float = 0.9
     """Least share of the pixels of a hole that have the colour of the ground, if it is painted. Where a shadow shows in
     a hole, hardly any have."""
@@ -173,8 +195,18 @@ class SoftnessConstants:
     shapes_max: int = 24
     """Most separate shapes of which each is asked whether it casts the shadow: each takes a blur of the picture."""
 
-    alone: float = 0.9
-    """A pixel tells whether a shape casts a shadow if this share of the whole shadow there would be of that shape."""
+    shape_gaps: tuple[float, ...] = (0.0, 3.0, 6.0, 12.0)
+    """Pixels between shapes up to which they count as one, if there are more of them: letters, words, lines."""
+
+    shape_doubt: float = 0.003
+    """Weight of the belief that a shape casts the shadow, in the largest energy of the shadow of one."""
+
+    off_levels: float = 40.0
+    off_amplitude: float = 0.4
+    cast_off: float = 0.15
+    """Difference from the shadow above which a pixel of its zone belongs to something on the ground, in levels and in
+    the amplitude of the shadow; and the largest share of the zone that does. A shadow of 2.4 px and 219 levels is off
+    by 60 levels beside a corner whose coverage is not known well; words on the ground are off by 90 and more."""
 
     seen_min: float = 0.5
     """Share of its shadow that must be seen there. It is 0 or 1, but for what lies there besides."""

@@ -118,11 +118,11 @@ def find_regions(
     return Regions(label, other, share, paints, canvas, is_lettering, tolerances.noise)
 
 
-def require_explained(regions: Regions, image: Floats32, unexplained_max: float) -> None:
+def require_explained(regions: Regions, image: Floats32, unexplained_max: float, is_jpeg: bool = False) -> None:
     """Refuse ``image`` [h, w, 3 or 4] if ``regions`` leave more than so many levels, a root mean square, unexplained.
 
     Of a drawing they leave the traces of a JPEG, for example. Of a photo they leave the texture. A few regions may
-    leave more: of a photo, they leave far more.
+    leave more: of a photo, they leave far more. A JPEG (``is_jpeg``) has more of them where its colours run.
 
     Raises:
         NotFlatArtError: they leave more.
@@ -130,7 +130,8 @@ def require_explained(regions: Regions, image: Floats32, unexplained_max: float)
     if math.isinf(unexplained_max):
         return
     left = unexplained(regions.mixed(), image)
-    are_few = len(regions) ** 0.5 * left <= REGIONS.few_root_max
+    few_root_max = REGIONS.jpeg_few_root_max if is_jpeg else REGIONS.few_root_max
+    are_few = len(regions) ** 0.5 * left <= few_root_max
     _require(left, unexplained_max * (REGIONS.few_factor if are_few else 1.0))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,26 @@ class Ground:
             yield replace(self, is_seen=self.is_seen & region, region=region, is_part=True)
 
 
+@dataclass(frozen=True)
+class Parts:
+    """The still areas of a picture.
+
+    Attributes:
+        number: of the part of each pixel [h, w], from 1 on; 0 for none.
+        plateaus: the largest number of a plateau; higher ones are areas with a gradient.
+        count: the largest number of all.
+    """
+
+    number: NDArray[np.int32]
+    plateaus: int
+    count: int
+
+    @cached_property
+    def seen(self) -> int:
+        """How many there are."""
+        return int(np.count_nonzero(np.bincount(self.number.ravel())[1:]))
+
+
 def find_plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
     """Return the number of the plateau of each pixel [h, w], from 1 on, 0 for none, and how many plateaus there are."""
     return _labels(spread(levels) <= SOFTNESS.alike)
@@ -75,20 +96,28 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
     inside, if it has a gradient, and the cards inside.
     """
     everywhere = np.ones(plateaus.shape, np.bool_)
+    graded = [] if levels.shape[2] > 3 else _graded_grounds(levels)  # on a transparent one there is nothing more
     outer, outer_size = _largest(plateaus, count, at_border=True)
     if outer_size >= SOFTNESS.ground_share * plateaus.size:
-        yield _flat(levels, plateaus == outer, everywhere)
+        area = plateaus == outer
+        if not any(each.is_seen[area].mean() > SOFTNESS.own_share for each in graded):  # or it is a band of a gradient
+            yield _flat(levels, area, everywhere)
     if levels.shape[2] > 3:
         return  # the others are opaque parts of a transparent picture
-    even, even_count = _even_areas(levels)
-    for at_border in (True, False):
-        number, size = _largest(even, even_count, at_border)
-        area = even == number
-        is_large = size >= SOFTNESS.plate_share * plateaus.size
-        found = _graded(levels, area, everywhere if at_border else with_filled_holes(area)) if is_large else None
-        if found is not None:
-            yield found
+    yield from graded
     yield from find_cards(levels, plateaus, count, SOFTNESS.plate_share)
+
+
+def _graded_grounds(levels: Floats) -> list[Ground]:
+    """Return the largest even areas at the border of a picture and inside, if they have a gradient along a line."""
+    found = []
+    even, count = _even_areas(levels)
+    for at_border in (True, False):
+        number, size = _largest(even, count, at_border)
+        if size >= SOFTNESS.plate_share * even.size:
+            area = even == number
+            found.append(_graded(levels, area, np.ones_like(area) if at_border else with_filled_holes(area)))
+    return [ground for ground in found if ground is not None]
 
 
 def find_cards(
@@ -106,6 +135,25 @@ def find_cards(
         area = plateaus == inner
         yield _flat(levels, area, with_filled_holes(area))
         left[area] = 0
+
+
+def find_parts(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Parts:
+    """Return the ``count`` plateaus of a picture, and as one part each even area that has not one colour.
+
+    The plateaus in such an area are bands of its gradient.
+    """
+    even, even_count = _even_areas(levels)
+    parts, number = plateaus.copy(), count
+    sizes = np.bincount(even.ravel(), minlength=even_count + 1)
+    for area, box in enumerate(ndimage.find_objects(even), 1):
+        if sizes[area] < SOFTNESS.zone_area:
+            continue
+        own = even[box] == area
+        colors = levels[box][own]
+        if (largest_channel(np.abs(colors - np.median(colors, axis=0))) <= SOFTNESS.alike).mean() < SOFTNESS.one_color:
+            number += 1
+            parts[box][own] = number
+    return Parts(parts, count, number)
 
 
 def _labels(mask: Mask) -> tuple[NDArray[np.int32], int]:

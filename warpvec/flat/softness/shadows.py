@@ -19,7 +19,7 @@ from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.casters import coverage_of, find_cast_shadow, find_casters, share_of
-from warpvec.flat.softness.grounds import Ground, find_cards, find_grounds, find_plateaus
+from warpvec.flat.softness.grounds import Ground, Parts, find_cards, find_grounds, find_parts, find_plateaus
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone
 from warpvec.flat.softness.spots import find_spot
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
@@ -103,12 +103,13 @@ def _best_shadow(image: Floats32, find: _FindGrounds, is_time_up: Callable[[], b
     plateaus, count = find_plateaus(levels)
     if count > SOFTNESS.spot_plateaus_max:
         return None
+    parts = find_parts(levels, plateaus, count)
     best = None
     for ground in find(levels, plateaus, count):
         for part in chain([ground], ground.parts()):
             if is_time_up():
                 return best
-            found = _found_on(part, levels, plateaus, count, is_time_up)
+            found = _found_on(part, levels, parts, is_time_up)
             if found is not None and (best is None or found.look.unexplained < best.look.unexplained):
                 best = found
             if best is not None and best.look.unexplained <= SOFTNESS.explained:
@@ -132,19 +133,17 @@ def _on_opaque_card(image: Floats32, is_time_up: Callable[[], bool]) -> Shadow |
     return replace(found, clean=clean.astype(np.float32))
 
 
-def _found_on(
-    ground: Ground, levels: Floats, plateaus: NDArray[np.int32], count: int, is_time_up: Callable[[], bool]
-) -> Shadow | None:
+def _found_on(ground: Ground, levels: Floats, parts: Parts, is_time_up: Callable[[], bool]) -> Shadow | None:
     """Return the shadow or the soft spot on a ``ground``; None without one. Arguments as for `find_casters`."""
-    casters = find_casters(levels, plateaus, count, ground)
+    casters = find_casters(levels, parts, ground)
     cast = None
-    if casters is not None and count <= SOFTNESS.plateaus_max:
-        cast = find_cast_shadow(levels, plateaus, ground, casters, is_time_up)
+    if casters is not None and parts.seen <= SOFTNESS.plateaus_max:
+        cast = find_cast_shadow(levels, parts, ground, casters, is_time_up)
     is_cast = cast is not None and _is_soft(ground, cast[2])
     found = cast if is_cast or is_time_up() else _spot(levels, ground, casters)
     if found is None or not _is_soft(ground, found[2]):
         return None
-    clean = np.clip(_unshaded(levels, plateaus, ground, *found), 0.0, 255.0) / 255.0
+    clean = np.clip(_unshaded(levels, parts, ground, *found), 0.0, 255.0) / 255.0
     cleaned: Floats32 = (from_mattes(clean) if clean.shape[2] > 3 else clean).astype(np.float32)
     return Shadow(found[1], ground, found[2], is_cast, cleaned)
 
@@ -179,9 +178,7 @@ def _is_soft(ground: Ground, found: FoundShadow) -> bool:
     return found.sigma >= SOFTNESS.sigma_min and is_seen and can_be and found.unexplained <= SOFTNESS.unexplained
 
 
-def _unshaded(
-    levels: Floats, plateaus: NDArray[np.int32], ground: Ground, casters: Mask, cast: Floats, found: FoundShadow
-) -> Floats:
+def _unshaded(levels: Floats, parts: Parts, ground: Ground, casters: Mask, cast: Floats, found: FoundShadow) -> Floats:
     """Return the picture without the shadow of a coverage ``cast`` [h, w], below the ``casters`` [h, w], in levels."""
     near = ndimage.binary_dilation(casters, iterations=2)
     shade = found.shade_of(cast, ground.deviation)
@@ -189,8 +186,10 @@ def _unshaded(
     # Nothing else is on the ground, or it is no part of the shadow and stays.
     clean = levels - (1.0 - covered[..., None]) * shade
     edge = near & ~casters & ground.region
-    clean[edge] = _mixed_again(levels, ground.below, shade, casters & (plateaus > 0), edge)
-    is_alike = largest_channel(np.abs(clean - ground.below)) <= 3.0 * SOFTNESS.alike
+    clean[edge] = _mixed_again(levels, ground.below, shade, casters & (parts.number > 0), edge)
+    # Two shadows that overlap are a little less than the shadow of both shapes together.
+    alike = 3.0 * SOFTNESS.alike + SOFTNESS.overlapping * largest_channel(np.abs(shade))
+    is_alike = largest_channel(np.abs(clean - ground.below)) <= alike
     clear = ~near & ground.region & (ground.is_seen | is_alike)
     clean[clear] = ground.below[clear]
     return clean
