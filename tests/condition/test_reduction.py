@@ -12,6 +12,7 @@ from warpvec.arrays import Floats32
 from warpvec.condition.condition import measure_condition
 from warpvec.condition.reduction import find_reduction
 from warpvec.condition.unrimming import without_rims
+from warpvec.image.alpha import premultiplied
 
 
 def reduced(width: int, kernel: Resampling) -> Image.Image:
@@ -63,6 +64,21 @@ def test_rims_are_undone(kernel: Resampling) -> None:
     given, truth = reduced(120, kernel), reduced(120, Resampling.BOX)
     undone = without_rims(levels_of(given).astype(np.float32) / 255.0, kernel.name.lower())
     assert error(undone, truth) < 0.6 * error(given, truth)
+
+
+@pytest.mark.parametrize("kernel", [Resampling.BICUBIC, Resampling.LANCZOS])
+def test_rims_of_a_transparent_picture_are_undone(kernel: Resampling) -> None:
+    large = Image.new("RGBA", (8 * 96, 8 * 64))
+    pen = ImageDraw.Draw(large)
+    pen.rounded_rectangle((70, 60, 690, 450), 90, fill=(30, 90, 200, 255))
+    pen.ellipse((200, 130, 480, 410), fill=(255, 220, 90, 255))
+    given, truth = (np.asarray(large.resize((96, 64), each), np.float32) / 255.0 for each in (kernel, Resampling.BOX))
+    condition = measure_condition(given)
+    assert condition.reduction == kernel.name.lower()
+    assert measure_condition(truth).reduction is None
+    undone = without_rims(premultiplied(given), condition.reduction)
+    before, after = (np.abs(each - premultiplied(truth)).mean() for each in (premultiplied(given), undone))
+    assert after < 0.5 * before
 
 
 def test_small_text_loses_its_rims_and_keeps_its_colors() -> None:

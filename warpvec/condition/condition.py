@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Floats32
+from warpvec.arrays import Floats32
 from warpvec.condition.blur import SHARP, EdgeBlur, measure_blur
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.enlargement import Enlargement, find_enlargement
@@ -20,7 +20,7 @@ from warpvec.condition.noise import measure_noise
 from warpvec.condition.reduction import find_reduction
 from warpvec.condition.restoration import before_enlargement
 from warpvec.condition.unrimming import are_rims_few
-from warpvec.image.alpha import is_transparent, over
+from warpvec.image.alpha import is_transparent, over, premultiplied
 from warpvec.image.luma import LUMA
 
 
@@ -100,16 +100,13 @@ def measure_condition(pixels: Floats32) -> Condition:
     enlargement = find_enlargement(_gray(pixels, seen))
     part = _window(seen)
     levels = 255.0 * part.astype(np.float64)
-    if enlargement is None:
-        small = levels
-    else:
-        restored = before_enlargement(pixels, enlargement)
-        small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
+    restored = pixels if enlargement is None else before_enlargement(pixels, enlargement)
+    small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
     palette = find_palette(np.rint(small))
     # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; two levels have none.
     has_two = palette is not None and palette.color_count <= 2
-    may_be_rimmed = jpeg is None and not (has_two or is_transparent(pixels) or any(noise))
+    may_be_rimmed = jpeg is None and not (has_two or any(noise))
     return Condition(
         enlargement,
         measure_blur(small @ LUMA, max(noise)),
@@ -117,20 +114,20 @@ def measure_condition(pixels: Floats32) -> Condition:
         jpeg,
         palette,
         find_uneven_light(levels) if part.size == seen.size else None,
-        _undone_reduction(small, enlargement is not None) if may_be_rimmed else None,
+        _undone_reduction(_window(restored), enlargement is not None) if may_be_rimmed else None,
     )
 
 
-def _undone_reduction(levels: Floats, is_enlarged: bool) -> str | None:
-    """Return the kernel that the picture ``levels`` [h, w, 3] in [0, 255] was reduced with, if it is to be undone.
+def _undone_reduction(pixels: Floats32, is_enlarged: bool) -> str | None:
+    """Return the kernel that ``pixels`` [h, w, 3 or 4] in [0, 1] were reduced with, if that is to be undone.
 
     That costs gradients some of their smoothness, which only an enlargement makes up for.
     """
-    found = find_reduction(levels)
+    seen = premultiplied(pixels) if is_transparent(pixels) else pixels
+    found = find_reduction(255.0 * seen.astype(np.float64))
     if found is None:
         return None
-    pixels = np.asarray(levels / 255.0, np.float32)
-    areas = find_even_areas(pixels)
+    areas = find_even_areas(seen)
     return found if are_rims_few(areas) and (is_enlarged or areas.gradient_share <= CONDITION.gradient_max) else None
 
 

@@ -2,6 +2,7 @@
 
 A kernel with negative weights makes a rim at each edge: the even colour there goes on beyond itself, away from what
 lies on the other side. So a rim is told from a thin line by the direction of its colour, not by its strength alone.
+Colours have C channels: three, or four premultiplied ones.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ class EvenAreas(NamedTuple):
     Attributes:
         is_inside: pixels [h, w] in a square of one colour.
         is_still: those, and the inside of gradients [h, w]: no rim reaches them.
-        colors: the most frequent colours [n, 3] of even areas, in [0, 1].
+        colors: the most frequent colours [n, C] of even areas, in [0, 1].
     """
 
     is_inside: Mask
@@ -35,7 +36,7 @@ class EvenAreas(NamedTuple):
 
 
 def find_even_areas(pixels: Floats32) -> EvenAreas:
-    """Return the even areas of ``pixels`` [h, w, 3], in [0, 1]."""
+    """Return the even areas of ``pixels`` [h, w, C], in [0, 1]."""
     side = CONDITION.even_side
     is_even = ndimage.maximum_filter(_range(pixels, side) <= CONDITION.even_range, side)
     bend = np.zeros(pixels.shape[:2], np.float32)
@@ -53,24 +54,26 @@ def _range(pixels: Floats32, side: int) -> Floats32:
 
 
 def _frequent_colors(colors: Floats32) -> Floats32:
-    """Return the most frequent of the ``colors`` [N, 3], the first one first; those next to a more frequent one go."""
-    codes, counts = np.unique(np.rint(255.0 * colors).astype(np.int64) @ [65536, 256, 1], return_counts=True)
+    """Return the most frequent of the ``colors`` [N, C], the first one first; those next to a more frequent one go."""
+    channels = colors.shape[1]
+    steps = 256 ** np.arange(channels)[::-1]
+    codes, counts = np.unique(np.rint(255.0 * colors).astype(np.int64) @ steps, return_counts=True)
     order = np.argsort(-counts, kind="stable")[: 4 * CONDITION.even_colors_max]
     kept: list[Integers] = []
     for code, count in zip(codes[order], counts[order], strict=True):
-        color = np.array([code >> 16, code >> 8 & 255, code & 255])
+        color = code // steps % 256
         is_apart = all(np.abs(color - each).max() > CONDITION.even_apart for each in kept)
         if count >= CONDITION.even_pixels_min and is_apart and len(kept) < CONDITION.even_colors_max:
             kept.append(color)
-    return np.array(kept, np.float32).reshape(-1, 3) / np.float32(255)
+    return np.array(kept, np.float32).reshape(-1, channels) / np.float32(255)
 
 
 def on_even_colors(pixels: Floats32, given: Floats32, areas: EvenAreas) -> tuple[Floats32, Mask]:
-    """Return ``pixels`` [h, w, 3] with those on an even colour that show it, or a rim of it, and which are on one.
+    """Return ``pixels`` [h, w, C] with those on an even colour that show it, or a rim of it, and which are on one.
 
     Args:
-        pixels: the picture, or one that has lost some of its rims [h, w, 3].
-        given: the picture [h, w, 3], which is as it is where it is still.
+        pixels: the picture, or one that has lost some of its rims [h, w, C].
+        given: the picture [h, w, C], which is as it is where it is still.
         areas: its even areas.
     """
     result = np.where(areas.is_still[..., None], given, pixels)
@@ -92,7 +95,7 @@ def on_even_colors(pixels: Floats32, given: Floats32, areas: EvenAreas) -> tuple
 
 
 def _around(pixels: Floats32, rows: Integers, columns: Integers) -> Floats32:
-    """Return the colours [P, N, 3] of the square of pixels around each of N pixels."""
+    """Return the colours [P, N, C] of the square of pixels around each of N pixels."""
     reach = CONDITION.rim_reach
     padded = np.pad(pixels, ((reach, reach), (reach, reach), (0, 0)), mode="edge")
     steps = range(2 * reach + 1)
@@ -100,12 +103,12 @@ def _around(pixels: Floats32, rows: Integers, columns: Integers) -> Floats32:
 
 
 def _shows(color: Floats32, values: Floats32, around: Floats32) -> Mask:
-    """Return which of the colours ``values`` [N, 3] are about ``color`` [3], or a rim of it against one ``around``.
+    """Return which of the colours ``values`` [N, C] are about ``color`` [C], or a rim of it against one ``around``.
 
     Args:
         color: an even colour.
         values: colours of pixels.
-        around: the colours around each of them [P, N, 3].
+        around: the colours around each of them [P, N, C].
     """
     beyond = values - color
     length = np.linalg.norm(beyond, axis=1)
@@ -117,12 +120,12 @@ def _shows(color: Floats32, values: Floats32, around: Floats32) -> Mask:
 
 
 def limits(pixels: Floats32, is_on: Mask) -> tuple[Floats32, Floats32]:
-    """Return the least and the largest value of each channel [h, w, 3] that an even colour beside a pixel allows.
+    """Return the least and the largest value of each channel [h, w, C] that an even colour beside a pixel allows.
 
     That is 0 or 1 where the pixels around go beyond all even colours.
 
     Args:
-        pixels: the picture [h, w, 3] on its even colours.
+        pixels: the picture [h, w, C] on its even colours.
         is_on: which pixels [h, w] are on an even colour.
     """
     side = 2 * CONDITION.rim_reach + 1

@@ -13,9 +13,10 @@ RIMMED = ("bicubic", "lanczos")
 
 
 def find_reduction(levels: Floats) -> str | None:
-    """Return the kernel in ``RIMMED`` that the picture ``levels`` [h, w, 3] in [0, 255] was surely reduced with.
+    """Return the kernel in ``RIMMED`` that the picture ``levels`` [h, w, C] in [0, 255] was surely reduced with.
 
-    It is None if edges do not tell, or if they have no rims.
+    It is None if edges do not tell, or if they have no rims. A transparent picture shows its rims in premultiplied
+    colours and alpha.
     """
     patches = _patches(levels)
     if len(patches) < CONDITION.patches_min or not _may_be_rimmed(patches):

@@ -19,7 +19,7 @@ from warpvec.condition.even_colors import EvenAreas, find_even_areas, limits, on
 
 
 class _Reduction:
-    """The reduction of a fine picture [side h, 3, side w] to ``shape`` [h, w] by a kernel, and its adjoint.
+    """The reduction of a fine picture [side h, C, side w] to ``shape`` [h, w] by a kernel, and its adjoint.
 
     Channels lie between rows and columns, as their sums are found fastest so.
     """
@@ -50,7 +50,13 @@ def _on_both_axes(matrices: list[csr_matrix], image: Floats32) -> Floats32:
 
 
 def without_rims(pixels: Floats32, kernel: str) -> Floats32:
-    """Return ``pixels`` [h, w, 3] in [0, 1], which were reduced by ``kernel``, as means over pixels would be."""
+    """Return ``pixels`` as means over finer pixels would be.
+
+    Args:
+        pixels: a picture [h, w, 3 or 4] in [0, 1] that was reduced by ``kernel``. Transparent ones are reduced with
+            premultiplied colours, and these are meant here.
+        kernel: one of `warpvec.condition.reduction.RIMMED`.
+    """
     areas = find_even_areas(pixels)
     low, high = limits(*on_even_colors(pixels, pixels, areas))
     result, margin = pixels.copy(), CONDITION.unrimmed_margin
@@ -87,7 +93,7 @@ def _blocks(is_open: Mask) -> Iterator[tuple[slice, slice]]:
 
 
 def _means(pixels: Floats32, low: Floats32, high: Floats32, kernel: str) -> Floats32:
-    """Return ``pixels`` [h, w, 3] as means of a fine picture, whose values lie between ``low`` and ``high``."""
+    """Return ``pixels`` [h, w, C] as means of a fine picture, whose values lie between ``low`` and ``high``."""
     (height, width), side = pixels.shape[:2], CONDITION.fineness
     given, least, most = (np.ascontiguousarray(each.swapaxes(1, 2)) for each in (pixels, low, high))
     fine = _finer(given, least, most, _Reduction((height, width), kernel))
@@ -96,7 +102,7 @@ def _means(pixels: Floats32, low: Floats32, high: Floats32, kernel: str) -> Floa
 
 
 def _finer(pixels: Floats32, low: Floats32, high: Floats32, reduction: _Reduction) -> Floats32:
-    """Return the fine picture [side h, 3, side w] of least variation that becomes ``pixels`` [h, 3, w].
+    """Return the fine picture [side h, C, side w] of least variation that becomes ``pixels`` [h, C, w].
 
     All arrays are changed in place, as new ones would take most of the time.
     """
@@ -147,7 +153,7 @@ def _add_differences(image: Floats32, weight: float, down: Floats32, across: Flo
 
 
 def _shorten(down: Floats32, across: Floats32, buffer: Floats32) -> None:
-    """Divide ``down`` and ``across`` [h, 3, w] by the length of both together in each pixel, where that exceeds 1."""
+    """Divide ``down`` and ``across`` [h, C, w] by the length of both together in each pixel, where that exceeds 1."""
     np.multiply(down, down, out=buffer)
     length = buffer.sum(1)
     np.multiply(across, across, out=buffer)

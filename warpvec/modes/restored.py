@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.condition.constants import CONDITION
-from warpvec.image.alpha import is_transparent
+from warpvec.image.alpha import is_transparent, premultiplied, straight
 from warpvec.image.picture import Picture, reduce_image
 from warpvec.modes.request import Request
 from warpvec.watch.progress import Progress
@@ -144,7 +144,9 @@ def _before(request: Request, condition: Condition) -> Request:
 def _without_rims(pixels: NDArray[np.float32], kernel: str) -> NDArray[np.float32]:
     from warpvec.condition.unrimming import without_rims
 
-    return without_rims(pixels, kernel)
+    if not is_transparent(pixels):
+        return without_rims(pixels, kernel)
+    return straight(without_rims(premultiplied(pixels), kernel))
 
 
 def _without_noise(reduced: NDArray[np.float32], noise: tuple[float, ...], share: float) -> NDArray[np.float32]:
