@@ -8,6 +8,7 @@ from damage import as_jpeg, drawn, enlarged, levels_of
 from PIL import Image, ImageDraw, ImageFont
 from PIL.Image import Resampling
 
+import warpvec
 from warpvec.arrays import Floats32
 from warpvec.condition.condition import measure_condition
 from warpvec.condition.reduction import find_reduction
@@ -79,6 +80,27 @@ def test_rims_of_a_transparent_picture_are_undone(kernel: Resampling) -> None:
     undone = without_rims(premultiplied(given), condition.reduction)
     before, after = (np.abs(each - premultiplied(truth)).mean() for each in (premultiplied(given), undone))
     assert after < 0.5 * before
+
+
+def test_rims_stay_where_time_is_short() -> None:
+    given = levels_of(reduced(120, Resampling.LANCZOS)).astype(np.float32) / 255.0
+    assert without_rims(given, "lanczos", seconds=0.1) is given
+    assert without_rims(given, "lanczos", seconds=60.0) is not given
+
+
+def test_steps_of_few_colors_are_no_rims() -> None:
+    few = drawn(480).resize((120, 80), Resampling.NEAREST).quantize(16, dither=Image.Dither.NONE).convert("RGB")
+    assert measure_condition(np.asarray(few, np.float32) / 255.0).reduction is None
+
+
+def test_a_drawing_is_made_of_the_picture_without_rims() -> None:
+    given, truth = reduced(120, Resampling.LANCZOS), levels_of(reduced(120, Resampling.BOX)) / 255.0
+    results = [
+        warpvec.vectorize(np.asarray(given), mode="flat", as_is=each, threads=1, iterations=2) for each in (False, True)
+    ]
+    assert "reduced (lanczos)" in results[0].metrics["condition_words"]
+    undone, as_is = (np.abs(each.drawing.encoding.picture.reduced - truth).mean() for each in results)
+    assert undone < 0.6 * as_is
 
 
 def test_small_text_loses_its_rims_and_keeps_its_colors() -> None:

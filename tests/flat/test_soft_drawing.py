@@ -12,8 +12,9 @@ import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
-from warpvec.flat.softness.casters import find_casters
+from warpvec.flat.softness.casters import _bare, find_casters
 from warpvec.flat.softness.grounds import find_grounds, find_parts, find_plateaus
+from warpvec.flat.softness.shadow_fitting import FoundShadow
 from warpvec.flat.softness.shadows import find_shadow, find_shadows
 from warpvec.flat.softness.shapes import casting_paths, find_gaps, measured_again, paths_below
 from warpvec.image.colors import parse_color
@@ -79,6 +80,15 @@ def test_a_shadow_on_a_gradient_or_on_a_card_is_measured(ground: str, is_flat: b
     scene = read_svg(f'{head}{ground}<path fill="#2f7de0" d="{SHAPE}"/></svg>').scene
     expected = draw_8_bits(scene, SIDE, SIDE, 1)[..., :3] / 255.0
     assert np.abs(found.clean - expected).mean() < 0.002
+
+
+def test_nothing_is_bare_where_no_shadow_can_be_seen() -> None:
+    casters = np.zeros((40, 40), bool)
+    casters[5:15, 5:15] = casters[22:34, 22:34] = True
+    found = casters.astype(float), FoundShadow((0.0, 0.0), 0.25, np.array([-40.0]), 0.0, 0.1)
+    is_open = np.zeros_like(casters)
+    is_open[:2] = True
+    assert not _bare(np.zeros((40, 40, 1)), casters, is_open, found).any()
 
 
 def test_a_ground_that_changes_slowly_casts_no_shadow_on_itself() -> None:

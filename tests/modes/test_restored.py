@@ -177,3 +177,13 @@ def test_a_given_threshold_is_a_level_of_the_picture_as_it_is() -> None:
     for threshold, is_restored in (("auto", True), ("100", False)):
         request = Request.of(pixels, FitConfig(mode="mono", threshold=threshold))
         assert restored(request, measured(request)).picture.is_restored == is_restored
+
+
+def test_a_large_drawing_is_reduced_without_halos_and_a_photo_sharply() -> None:
+    picture = np.ones((60, 1500, 3), np.float32)
+    picture[20:40, 301:1201] = (0.5, 0.1, 0.2)
+    request = Request.of(picture, FitConfig(fit_size=1000))
+    drawn = Restoration.of(request).request.picture.reduced
+    assert drawn.shape == request.picture.reduced.shape == (40, 1000, 3)
+    assert drawn.min() >= 0.1 - 1e-6 and request.picture.reduced.min() < 0.09
+    assert drawn[20, 200] == pytest.approx((2 / 3 + 1 / 3 * np.array([0.5, 0.1, 0.2])), abs=1e-5)

@@ -19,7 +19,7 @@ from warpvec.condition.light import Light, find_uneven_light
 from warpvec.condition.noise import measure_noise
 from warpvec.condition.reduction import find_reduction
 from warpvec.condition.restoration import before_enlargement
-from warpvec.condition.unrimming import are_rims_few
+from warpvec.condition.unrimming import unrimmed_pixels
 from warpvec.image.alpha import is_transparent, over, premultiplied
 from warpvec.image.luma import LUMA
 
@@ -104,9 +104,9 @@ def measure_condition(pixels: Floats32) -> Condition:
     small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
     palette = find_palette(np.rint(small))
-    # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; two levels have none.
-    has_two = palette is not None and palette.color_count <= 2
-    may_be_rimmed = jpeg is None and not (has_two or any(noise))
+    # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; few colours have none.
+    has_few = palette is not None and palette.color_count <= CONDITION.rimless_colors_max
+    may_be_rimmed = jpeg is None and not (has_few or any(noise))
     return Condition(
         enlargement,
         measure_blur(small @ LUMA, max(noise)),
@@ -124,11 +124,12 @@ def _undone_reduction(pixels: Floats32, is_enlarged: bool) -> str | None:
     That costs gradients some of their smoothness, which only an enlargement makes up for.
     """
     seen = premultiplied(pixels) if is_transparent(pixels) else pixels
-    found = find_reduction(255.0 * seen.astype(np.float64))
-    if found is None:
-        return None
     areas = find_even_areas(seen)
-    return found if are_rims_few(areas) and (is_enlarged or areas.gradient_share <= CONDITION.gradient_max) else None
+    is_drawing = areas.is_still.mean() >= CONDITION.still_share_min
+    is_plain = is_enlarged or areas.gradient_share <= CONDITION.gradient_max
+    if not (is_drawing and is_plain) or unrimmed_pixels(areas) > CONDITION.unrimmed_pixels_max:
+        return None
+    return find_reduction(255.0 * seen.astype(np.float64))
 
 
 def _gray(pixels: Floats32, seen: Floats32) -> NDArray[np.floating[Any]]:

@@ -95,10 +95,11 @@ class ConditionConstants:
     patch_rounds: int = 8
     patches_min: int = 50
     patches_max: int = 1200
-    patches_few: int = 150
     """Pixels on each side of the middle of a patch, as far as Lanczos reaches; least change of levels over two pixels
-    there; rounds of the fit; fewest patches with an edge that tell; most that are looked at, for time; and most that
-    tell first whether edges may have rims at all."""
+    there; rounds of the fit; fewest patches with an edge that tell; and most that are looked at, for time."""
+
+    patches_few: int = 150
+    """Most patches that tell first whether edges may have rims at all."""
 
     curvature_max: float = 0.2
     step_min: float = 30.0
@@ -112,10 +113,20 @@ class ConditionConstants:
     most edges are level: rims are undone nearly as well. JPEGs are left as they are: of 11 of quality 80 that were
     reduced by means, a thin one counts as bicubic with 0.6."""
 
+    rimless_colors_max: int = 16
+    """Most colours of a picture without rims: icons of 16 colours have none, and their steps look like bicubic ones."""
+
     unrimmed_pixels_max: int = 150_000
+    """Most pixels that rims are undone in."""
+
+    unrimmed_speed: float = 20_000.0
+    """Pixels that rims are undone in within a CPU second."""
+
+    unrimmed_share: float = 0.1
+    """Largest share of the time that is left, if it is limited, in which rims are undone. Else they stay."""
+
     still_share_min: float = 0.3
-    """Most pixels that rims are undone in, which takes some 5 CPU s for 100,000; and least share of even areas and
-    gradients in a drawing: kodim15 counts as reduced."""
+    """Least share of even areas and gradients in a drawing: kodim15 counts as reduced."""
 
     gradient_max: float = 0.1
     """Most that gradients may have of the still pixels of a picture that was not enlarged. Charts, maps and logos have
@@ -123,32 +134,46 @@ class ConditionConstants:
     0.5."""
 
     unrimmed_block: int = 32
+    """Side in pixels of the parts that rims are undone in, so that even areas take no time."""
+
     unrimmed_margin: int = 6
-    """Side in pixels of the parts that rims are undone in, so that even areas take no time, and pixels around each that
-    are looked at with it: twice as far as Lanczos reaches."""
+    """Pixels around each part that are looked at with it: twice as far as Lanczos reaches."""
 
     even_side: int = 3
+    """Side in pixels of a square of one colour."""
+
     even_range: float = 1.5 / 255
+    """Largest range of the values in a square of one colour: rounding may change them by one level."""
+
     still_bend: float = 2.1 / 255
-    """Side in pixels of a square of one colour; range of its values, which rounding may change by one; and second
-    difference in a gradient, which rounding may change by two."""
+    """Largest second difference in a gradient: rounding may change it by two levels."""
 
     even_colors_max: int = 64
+    """Most colours of even areas that are looked at."""
+
     even_pixels_min: int = 24
+    """Fewest pixels of such a colour: three squares."""
+
     even_apart: int = 2
-    """Most colours of even areas that are looked at; fewest pixels of one; and levels by which they differ."""
+    """Largest difference in levels of two colours that count as one."""
 
     even_reach: int = 10
+    """Distance in pixels at which a pixel may show the colour of an even area: the stems of a large letter lie so far
+    apart."""
+
     even_snap: float = 5.0 / 255
-    """Distance in pixels at which a pixel may show the colour of an even area, and the difference from it that counts
-    as none. Total variation leaves up to 4 levels of a thin white line, and rounding one more."""
+    """Difference from the colour of an even area that counts as none. Total variation leaves up to 4 levels of a thin
+    white line, and rounding one more."""
 
     rim_reach: int = 3
+    """Distance in pixels between a rim and what it is a rim against, as far as Lanczos reaches."""
+
     rim_share: float = 0.2
+    """Largest strength of a rim, as a share of the contrast of its edge. Lanczos has 0.07 at one edge and 0.09 beside a
+    thin line, and the gap between two stems has twice as much."""
+
     rim_cosine: float = 0.9
-    """Distance in pixels between a rim and what it is a rim against; its largest strength, as a share of their
-    contrast: Lanczos has 0.07 at one edge and 0.09 beside a thin line, and the gap between two stems has twice as much;
-    and the least cosine between the two directions of colour, as white and black cut a rim off."""
+    """Least cosine between the directions of a rim's colour and of its edge: white and black cut a rim off."""
 
     fineness: int = 3
     fine_weight: float = 100.0

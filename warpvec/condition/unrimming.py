@@ -7,6 +7,7 @@ A primal-dual splitting method for convex optimization, 2013.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -49,15 +50,19 @@ def _on_both_axes(matrices: list[csr_matrix], image: Floats32) -> Floats32:
     return image
 
 
-def without_rims(pixels: Floats32, kernel: str) -> Floats32:
-    """Return ``pixels`` as means over finer pixels would be.
+def without_rims(pixels: Floats32, kernel: str, seconds: float = math.inf) -> Floats32:
+    """Return ``pixels`` as means over finer pixels would be, or themselves if that takes too long.
 
     Args:
         pixels: a picture [h, w, 3 or 4] in [0, 1] that was reduced by ``kernel``. Transparent ones are reduced with
             premultiplied colours, and these are meant here.
         kernel: one of `warpvec.condition.reduction.RIMMED`.
+        seconds: how much time is left for the whole drawing.
     """
     areas = find_even_areas(pixels)
+    count = unrimmed_pixels(areas)
+    if count > min(CONDITION.unrimmed_pixels_max, CONDITION.unrimmed_share * CONDITION.unrimmed_speed * seconds):
+        return pixels
     low, high = limits(*on_even_colors(pixels, pixels, areas))
     result, margin = pixels.copy(), CONDITION.unrimmed_margin
     for rows, columns in _blocks(~areas.is_still):
@@ -69,13 +74,13 @@ def without_rims(pixels: Floats32, kernel: str) -> Floats32:
     return on_even_colors(result, pixels, areas)[0]
 
 
-def are_rims_few(areas: EvenAreas) -> bool:
-    """Return whether a picture with these even ``areas`` is a drawing whose rims take little time."""
-    is_still = areas.is_still
+def unrimmed_pixels(areas: EvenAreas) -> int:
+    """Return the number of pixels that are looked at to undo the rims of a picture with these even ``areas``."""
     margin = 2 * CONDITION.unrimmed_margin
-    count = sum((rows.stop - rows.start + margin) * (columns.stop - columns.start + margin)
-                for rows, columns in _blocks(~is_still))  # fmt: skip
-    return bool(is_still.mean() >= CONDITION.still_share_min) and count <= CONDITION.unrimmed_pixels_max
+    return sum(
+        (rows.stop - rows.start + margin) * (columns.stop - columns.start + margin)
+        for rows, columns in _blocks(~areas.is_still)
+    )
 
 
 def _blocks(is_open: Mask) -> Iterator[tuple[slice, slice]]:

@@ -104,6 +104,33 @@ def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.f
     return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
 
 
+def mean_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
+    """Reduce ``pixels`` [h, w, 3 or 4] as `reduce_image`, by the mean over the area of each pixel.
+
+    A renderer draws a pixel so. Lanczos leaves halos at edges, which drawings would show; a photo is 0.1 to 0.3 dB
+    closer with it.
+    """
+    height, width = pixels.shape[:2]
+    size = fitted_size(height, width, longest_side)
+    if size == (height, width):
+        return pixels
+    channels = (_channel(pixels, index) for index in range(pixels.shape[2]))
+    reduced = np.stack([_means(_means(channel, size[0]).T, size[1]).T for channel in channels], -1)
+    return straight(reduced) if is_transparent(pixels) else reduced
+
+
+def _means(values: NDArray[np.float32], count: int) -> NDArray[np.float32]:
+    """Return the means of ``values`` [n, m] over ``count`` equal parts of the first axis, whose ends may cut a row."""
+    edges = np.linspace(0.0, len(values), count + 1)
+    start, stop = edges[:-1], edges[1:]
+    first, found = np.floor(start).astype(np.int64), np.zeros((count, values.shape[1]), np.float32)
+    for step in range(-(-len(values) // count) + 1):
+        row = np.minimum(first + step, len(values) - 1)
+        weight = (np.minimum(stop, first + step + 1) - np.maximum(start, first + step)).clip(0.0)
+        found += (weight * count / len(values)).astype(np.float32)[:, None] * values[row]
+    return found.clip(0.0, 1.0)
+
+
 def _channel(pixels: NDArray[np.float32], index: int) -> NDArray[np.float32]:
     """Return a channel [h, w] of ``pixels``, a colour premultiplied."""
     channel = np.ascontiguousarray(pixels[..., index])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from warpvec.condition.constants import CONDITION
 from warpvec.image.alpha import is_transparent, premultiplied, straight
-from warpvec.image.picture import Picture, reduce_image
+from warpvec.image.picture import Picture, mean_image
 from warpvec.modes.request import Request
 from warpvec.watch.progress import Progress
 
@@ -69,16 +69,25 @@ def measured(request: Request) -> Condition | None:
 
 
 def restored(request: Request, condition: Condition | None) -> Request:
-    """Return ``request`` with the picture as it was before its enlargement and noise, or in even light, as its copy.
+    """Return ``request`` with the picture as it was before all that its ``condition`` states but blur, as its copy.
 
     The blur of the copy stays in it, and its deviation is stated. The file keeps the size of the given picture. A goal
     for the quality is about the picture as it is, and so is a threshold that is given: it is one level for the whole
     picture.
     """
+    request = _with_means(request)
     if request.goal.quality is not None:
         return request
     before = request if condition is None else _before(request, condition)
     return with_blur(before, request.settings.blur, condition)
+
+
+def _with_means(request: Request) -> Request:
+    """Return ``request`` with a copy of its picture that was reduced without halos, if it was reduced at all."""
+    picture = request.picture
+    if picture.reduced_size == (picture.height, picture.width):
+        return request
+    return _with_picture(request, replace(picture, reduced=mean_image(picture.pixels, request.settings.fit_size)))
 
 
 def with_blur(request: Request, blur: str, condition: Condition | None) -> Request:
@@ -113,9 +122,8 @@ def _with_picture(request: Request, picture: Picture) -> Request:
 
 
 def _before(request: Request, condition: Condition) -> Request:
-    """Return ``request`` with the picture as it was before its enlargement and noise, or in even light, as its copy."""
-    picture, pixels = request.picture, request.picture.pixels
-    is_noisy = any(condition.noise) and condition.light is None
+    """Return ``request`` with the picture as it was before all that its ``condition`` states but blur, as its copy."""
+    picture, settings, pixels = request.picture, request.settings, request.picture.pixels
     if condition.enlargement is not None:
         from warpvec.condition.restoration import before_enlargement
 
@@ -125,28 +133,30 @@ def _before(request: Request, condition: Condition) -> Request:
 
             if are_rectangles(pixels):  # the picture has their edges as exactly
                 return request
-        if condition.reduction is not None:
-            pixels = _without_rims(pixels, condition.reduction)
-    elif condition.reduction is not None and max(pixels.shape[:2]) <= request.settings.fit_size:
-        pixels = _without_rims(pixels, condition.reduction)
-    elif condition.light is not None and not picture.is_transparent and request.settings.threshold == "auto":
+    elif condition.light is not None and not picture.is_transparent and settings.threshold == "auto":
         from warpvec.condition.light import in_even_light
 
         pixels = in_even_light(picture.pixels, condition.light)
-    elif not is_noisy:
+    if condition.reduction is not None and max(pixels.shape[:2]) <= settings.fit_size:
+        pixels = _without_rims(pixels, condition.reduction, request.watch.seconds_left())
+    is_noisy = any(condition.noise) and condition.light is None
+    if pixels is picture.pixels and not is_noisy:
         return request
-    reduced = reduce_image(pixels, request.settings.fit_size)
+    reduced = mean_image(pixels, settings.fit_size)
     if is_noisy:
         reduced = _without_noise(reduced, condition.noise, reduced[..., 0].size / pixels[..., 0].size)
     return _with_picture(request, replace(picture, reduced=reduced, is_restored=True))
 
 
-def _without_rims(pixels: NDArray[np.float32], kernel: str) -> NDArray[np.float32]:
+def _without_rims(pixels: NDArray[np.float32], kernel: str, seconds: float) -> NDArray[np.float32]:
+    """Return ``pixels`` [h, w, 3 or 4] without the rims of a reduction; arguments as `without_rims` has them."""
     from warpvec.condition.unrimming import without_rims
 
     if not is_transparent(pixels):
-        return without_rims(pixels, kernel)
-    return straight(without_rims(premultiplied(pixels), kernel))
+        return without_rims(pixels, kernel, seconds)
+    given = premultiplied(pixels)
+    found = without_rims(given, kernel, seconds)
+    return pixels if found is given else straight(found)
 
 
 def _without_noise(reduced: NDArray[np.float32], noise: tuple[float, ...], share: float) -> NDArray[np.float32]:

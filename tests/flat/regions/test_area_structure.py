@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 from sweep import sweep
 
+import warpvec
 from warpvec.arrays import Floats32
 from warpvec.flat.regions.area_structure import require_plain_areas
 from warpvec.flat.regions.regions import NotFlatArtError, find_regions
@@ -28,6 +29,12 @@ def test_a_photo_of_soft_structure_and_grain_is_refused() -> None:
     image = disk(structure=4.0, noise=3.0)
     with pytest.raises(NotFlatArtError, match="levels of texture"):
         require_plain_areas(find_regions(image), image)
+
+
+def test_auto_fits_it_as_a_photo() -> None:
+    result = warpvec.vectorize(disk(structure=4.0, noise=3.0), curves=8, iterations=2, threads=1)
+    assert result.metrics["mode"] == "photo"
+    assert "levels of texture" in result.metrics["mode_reason"]
 
 
 @sweep(("structure", "noise"), [(0.0, 0.0), (0.0, 6.0), (4.0, 0.0)])

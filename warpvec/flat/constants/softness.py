@@ -198,15 +198,22 @@ class SoftnessConstants:
     shape_gaps: tuple[float, ...] = (0.0, 3.0, 6.0, 12.0)
     """Pixels between shapes up to which they count as one, if there are more of them: letters, words, lines."""
 
+    bare_samples: int = 65_536
+    """Most pixels by which it is told which shapes cast a shadow: a quarter of a picture of 512 x 512 px."""
+
     shape_doubt: float = 0.003
     """Weight of the belief that a shape casts the shadow, in the largest energy of the shadow of one."""
 
     off_levels: float = 40.0
+    """Difference from the shadow in levels above which a pixel of its zone belongs to something on the ground: words
+    there are off by 90 and more."""
+
     off_amplitude: float = 0.4
+    """The same in the amplitude of the shadow. One of 2.4 px and 219 levels is off by 60 levels beside a corner whose
+    coverage is not known well."""
+
     cast_off: float = 0.15
-    """Difference from the shadow above which a pixel of its zone belongs to something on the ground, in levels and in
-    the amplitude of the shadow; and the largest share of the zone that does. A shadow of 2.4 px and 219 levels is off
-    by 60 levels beside a corner whose coverage is not known well; words on the ground are off by 90 and more."""
+    """Largest share of the zone of a shadow that belongs to something on the ground. More is another shadow."""
 
     seen_min: float = 0.5
     """Share of its shadow that must be seen there. It is 0 or 1, but for what lies there besides."""

@@ -67,12 +67,13 @@ class TextureConstants:
     stroke of a letter of logo_kotlin, as a JPEG that is not found, has 0.11."""
 
     flatness_max: float = 4.5
+    """Flatness of the box around a part, by `warpvec.flat.mode_choice`, up to which the part may be a photo."""
+
     shading_min: float = 0.035
-    """Numbers by which `warpvec.flat.mode_choice` tells flat art from photos, of the box around a part: its flatness,
-    above which it is no photo if its share of shading is below the second. Of 28 photos in ovals, cards and small
-    pictures, as they are and as JPEG of quality 40 and 80, the nearest are coins with 6.4 and 0.04, 4.4 and 0.06, 3.5
-    and 0.03, and others with up to 2.8. Of 80 logos with gradients as JPEG of quality 30 to 50, 14 copies were half
-    photo; 13 of them have 5.6 to 11 and 0.01 to 0.03."""
+    """Share of shading of that box, from which on the part may be a photo however flat the box is. Of 28 photos in
+    ovals, cards and small pictures, as they are and as JPEG of quality 40 and 80, the nearest are coins with 6.4 and
+    0.04, 4.4 and 0.06, 3.5 and 0.03, and others with up to 2.8. Of 80 logos with gradients as JPEG of quality 30 to 50,
+    14 copies were half photo; 13 of them have 5.6 to 11 and 0.01 to 0.03."""
 
     drawing_rest_max: float = 22.0
     drawing_root_max: float = 64.0

@@ -1,8 +1,8 @@
 """Join regions of a picture that one ramp shows.
 
 Noise breaks a gradient into flat areas, whose borders are as ragged as the noise, and a steep gradient is broken into
-flat bands. One ramp shows two such areas better
-than a colour for each. It shows two areas of a designer worse: there the colour changes at once.
+flat bands. One ramp shows two such areas better than a colour for each. It shows two areas of a designer worse: there
+the colour changes at once.
 """
 
 from __future__ import annotations

@@ -21,19 +21,24 @@ from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, fit_shadow, 
 from warpvec.image.spread import largest_channel, spread
 
 
-def find_casters(levels: Floats, parts: Parts, ground: Ground) -> Mask | None:
+def find_casters(
+    levels: Floats, parts: Parts, ground: Ground, is_time_up: Callable[[], bool] = lambda: False
+) -> Mask | None:
     """Return the pixels of the parts on a ``ground`` with sharp edges [h, w]; None if there are none.
 
     Args:
         levels: the picture [h, w, C].
         parts: its plateaus and areas with a gradient.
         ground: what a shadow would lie on.
+        is_time_up: whether the search is to end; the parts that are left are no casters then.
     """
     found = np.zeros(parts.number.shape, np.bool_)
     sizes = np.bincount(parts.number.ravel(), minlength=parts.count + 1)
     change = spread(levels)
     for number, box in enumerate(ndimage.find_objects(parts.number), 1):
         is_graded = number > parts.plateaus
+        if is_time_up():
+            break
         if box is None or sizes[number] < (SOFTNESS.zone_area if is_graded else SOFTNESS.plateau_area):
             continue
         rows, columns = (slice(max(part.start - 6, 0), part.stop + 6) for part in box)
@@ -208,13 +213,18 @@ def _bare(change: Floats, casters: Mask, is_open: Mask, found: tuple[Floats, Fou
     if count <= 1:
         return bare
     energy = float(shadow.amplitude @ shadow.amplitude)
-    seen = (change @ shadow.amplitude / max(energy, 1e-12))[is_open]
+    chosen = np.flatnonzero(is_open)
+    chosen = chosen[:: -(-len(chosen) // SOFTNESS.bare_samples) or 1]
+    seen = (change @ shadow.amplitude / max(energy, 1e-12)).ravel()[chosen]
     alone = (np.where(labels == number, cast, 0.0) for number in range(1, count + 1))
-    strengths = np.stack([moved_blur(mask, shadow.offset, shadow.sigma)[is_open] for mask in alone], 1)
-    norms = strengths.T @ strengths
+    strengths = np.stack([moved_blur(mask, shadow.offset, shadow.sigma).ravel()[chosen] for mask in alone], 1)
+    # Not by BLAS, whose sums depend on the number of threads.
+    norms, products = np.einsum("ni,nj->ij", strengths, strengths), np.einsum("ni,n->i", strengths, seen)
+    if not (norms.diagonal() > 0.0).any():
+        return bare
     # What the picture does not tell stays: its strength is one.
     doubt = SOFTNESS.shape_doubt * norms.diagonal().max() * np.eye(count)
-    shares = np.linalg.solve(norms + doubt, strengths.T @ seen + doubt.sum(1))
+    shares = np.linalg.solve(norms + doubt, products + doubt.sum(1))
     most = float(np.abs(shadow.amplitude).max()) * strengths.max(0)
     is_bare = (shares < SOFTNESS.seen_min * max(float(shares.max()), 1.0)) & (most > SOFTNESS.amplitude_min)
     return bare if is_bare.all() else np.isin(labels, 1 + is_bare.nonzero()[0])

@@ -135,7 +135,7 @@ def _on_opaque_card(image: Floats32, is_time_up: Callable[[], bool]) -> Shadow |
 
 def _found_on(ground: Ground, levels: Floats, parts: Parts, is_time_up: Callable[[], bool]) -> Shadow | None:
     """Return the shadow or the soft spot on a ``ground``; None without one. Arguments as for `find_casters`."""
-    casters = find_casters(levels, parts, ground)
+    casters = find_casters(levels, parts, ground, is_time_up)
     cast = None
     if casters is not None and parts.seen <= SOFTNESS.plateaus_max:
         cast = find_cast_shadow(levels, parts, ground, casters, is_time_up)
