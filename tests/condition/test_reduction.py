@@ -89,8 +89,13 @@ def test_rims_stay_where_time_is_short() -> None:
 
 
 def test_steps_of_few_colors_are_no_rims() -> None:
-    few = drawn(480).resize((120, 80), Resampling.NEAREST).quantize(16, dither=Image.Dither.NONE).convert("RGB")
-    assert measure_condition(np.asarray(few, np.float32) / 255.0).reduction is None
+    star = Image.new("RGB", (128, 128), "white")
+    for angle in np.arange(12) * np.pi / 6:
+        way = np.array([np.cos(angle), np.sin(angle)])
+        ImageDraw.Draw(star).line((*(64 + 10 * way), *(64 + 57 * way)), (30, 60, 160), 4)
+    ImageDraw.Draw(star).ellipse((38, 38, 90, 90), outline=(220, 60, 40), width=4)
+    assert find_reduction(levels_of(star)) == "bicubic"
+    assert measure_condition(np.asarray(star, np.float32) / 255.0).reduction is None
 
 
 def test_a_drawing_is_made_of_the_picture_without_rims() -> None:
