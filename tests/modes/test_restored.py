@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from cards import card
 from damage import blurred, drawn, enlarged, levels_of, noisy, unevenly_lit
 from PIL import Image, ImageDraw
 from PIL.Image import Resampling
 
 import warpvec
+from warpvec.condition.condition import Condition
 from warpvec.condition.restoration import before_enlargement
 from warpvec.config.fit_config import FitConfig
 from warpvec.goals.goal import make_goal
@@ -177,6 +179,15 @@ def test_a_given_threshold_is_a_level_of_the_picture_as_it_is() -> None:
     for threshold, is_restored in (("auto", True), ("100", False)):
         request = Request.of(pixels, FitConfig(mode="mono", threshold=threshold))
         assert restored(request, measured(request)).picture.is_restored == is_restored
+
+
+def test_photos_in_a_drawing_keep_their_rims_and_their_texture() -> None:
+    large = Image.fromarray(np.rint(255.0 * card("rectangle")[0]).astype(np.uint8)).resize(
+        (800, 640), Resampling.NEAREST
+    )
+    given = np.asarray(large.resize((200, 160), Resampling.LANCZOS), np.float32) / 255.0
+    request = Request.of(given, FitConfig())
+    assert restored(request, Condition(reduction="lanczos")).picture.reduced is given
 
 
 def test_a_large_drawing_is_reduced_without_halos_and_a_photo_sharply() -> None:

@@ -149,11 +149,15 @@ def _before(request: Request, condition: Condition) -> Request:
 
 
 def _without_rims(pixels: NDArray[np.float32], kernel: str, seconds: float) -> NDArray[np.float32]:
-    """Return ``pixels`` [h, w, 3 or 4] without the rims of a reduction; arguments as `without_rims` has them."""
+    """Return ``pixels`` [h, w, 3 or 4] without the rims of a reduction, or with them where there are photos.
+
+    These would lose their texture. The arguments are those of `without_rims`.
+    """
     from warpvec.condition.unrimming import without_rims
+    from warpvec.flat.textures import find_textures
 
     if not is_transparent(pixels):
-        return without_rims(pixels, kernel, seconds)
+        return without_rims(pixels, kernel, seconds) if find_textures(pixels) is None else pixels
     given = premultiplied(pixels)
     found = without_rims(given, kernel, seconds)
     return pixels if found is given else straight(found)
