@@ -69,7 +69,9 @@ def _frequent_colors(colors: Floats32) -> Floats32:
 
 
 def on_even_colors(pixels: Floats32, given: Floats32, areas: EvenAreas) -> tuple[Floats32, Mask]:
-    """Return ``pixels`` [h, w, C] with those on an even colour that show it, or a rim of it, and which are on one.
+    """Put each pixel that shows an even colour, or a rim of one, on that colour.
+
+    Return the picture [h, w, C], and which of its pixels [h, w] are on an even colour.
 
     Args:
         pixels: the picture, or one that has lost some of its rims [h, w, C].

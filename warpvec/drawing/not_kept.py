@@ -1,4 +1,4 @@
-"""Say what of its picture a drawing could not keep, from what its run has found out."""
+"""Say what a drawing could not keep of its picture. The run has found it out."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,14 +95,7 @@ def reduce_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.f
     The filter is Lanczos-3, whose overshoot is clipped to [0, 1]. Straight colours with alpha are premultiplied for
     filtering and straight again in the result. A side keeps at least one pixel.
     """
-    height, width = pixels.shape[:2]
-    size = fitted_size(height, width, longest_side)[::-1]
-    if size == (width, height):
-        return pixels
-    # One channel at a time: the largest image would take 1 GB more at once.
-    channels = (Image.fromarray(_channel(pixels, index)) for index in range(pixels.shape[2]))
-    reduced = np.stack([np.asarray(channel.resize(size, Image.Resampling.LANCZOS)) for channel in channels], -1)
-    return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
+    return _reduced(pixels, longest_side, _lanczos)
 
 
 def mean_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.float32]:
@@ -109,13 +103,27 @@ def mean_image(pixels: NDArray[np.float32], longest_side: int) -> NDArray[np.flo
 
     A drawing would show the halos of Lanczos. A photo is 0.1 to 0.3 dB closer with them.
     """
+    return _reduced(pixels, longest_side, lambda channel, rows, columns: _means(_means(channel, rows).T, columns).T)
+
+
+def _reduced(
+    pixels: NDArray[np.float32],
+    longest_side: int,
+    reduce: Callable[[NDArray[np.float32], int, int], NDArray[np.float32]],
+) -> NDArray[np.float32]:
+    """Return ``pixels`` whose channels ``reduce`` makes of so many rows and columns; the rest as `reduce_image`."""
     height, width = pixels.shape[:2]
-    size = fitted_size(height, width, longest_side)
-    if size == (height, width):
+    rows, columns = fitted_size(height, width, longest_side)
+    if (rows, columns) == (height, width):
         return pixels
+    # One channel at a time: the largest image would take 1 GB more at once.
     channels = (_channel(pixels, index) for index in range(pixels.shape[2]))
-    reduced = np.stack([_means(_means(channel, size[0]).T, size[1]).T for channel in channels], -1)
-    return straight(reduced) if is_transparent(pixels) else reduced
+    reduced = np.stack([reduce(channel, rows, columns) for channel in channels], -1)
+    return straight(reduced) if is_transparent(pixels) else reduced.clip(0.0, 1.0)
+
+
+def _lanczos(channel: NDArray[np.float32], rows: int, columns: int) -> NDArray[np.float32]:
+    return np.asarray(Image.fromarray(channel).resize((columns, rows), Image.Resampling.LANCZOS))
 
 
 def _means(values: NDArray[np.float32], count: int) -> NDArray[np.float32]:

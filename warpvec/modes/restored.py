@@ -69,17 +69,16 @@ def measured(request: Request) -> Condition | None:
 
 
 def restored(request: Request, condition: Condition | None) -> Request:
-    """Return ``request`` with the picture as it was before all that its ``condition`` states but blur, as its copy.
+    """Return ``request`` with a copy of the picture as it was before it was damaged.
 
     The blur of the copy stays in it, and its deviation is stated. The file keeps the size of the given picture. A goal
     for the quality is about the picture as it is, and so is a threshold that is given: it is one level for the whole
     picture.
     """
-    request = _with_means(request)
     if request.goal.quality is not None:
-        return request
+        return _with_means(request)
     before = request if condition is None else _before(request, condition)
-    return with_blur(before, request.settings.blur, condition)
+    return with_blur(before if before.picture.is_restored else _with_means(before), request.settings.blur, condition)
 
 
 def _with_means(request: Request) -> Request:
@@ -122,7 +121,7 @@ def _with_picture(request: Request, picture: Picture) -> Request:
 
 
 def _before(request: Request, condition: Condition) -> Request:
-    """Return ``request`` with the picture as it was before all that its ``condition`` states but blur, as its copy."""
+    """Return ``request`` with a copy of the picture as it was before its ``condition``; the blur stays."""
     picture, settings, pixels = request.picture, request.settings, request.picture.pixels
     if condition.enlargement is not None:
         from warpvec.condition.restoration import before_enlargement

@@ -61,8 +61,8 @@ class SoftnessConstants:
     The ground covers nearly all of them. A path above it covers hardly any."""
 
     own_share: float = 0.5
-    """Share of a plateau that is the ground itself, from which on it casts no shadow; or that a gradient explains, from
-    which on it is a band of it and no ground. It is near 0 or 1."""
+    """Share of a plateau that is the ground itself, from which on the plateau casts no shadow. A plateau of which a
+    gradient explains such a share is a band of the gradient, and no ground. The share is near 0 or 1."""
 
     one_color: float = 0.99
     """Share of the pixels of an even area that have its middle colour, below which it has a gradient."""
@@ -196,7 +196,8 @@ class SoftnessConstants:
     """Most separate shapes of which each is asked whether it casts the shadow: each takes a blur of the picture."""
 
     shape_gaps: tuple[float, ...] = (0.0, 3.0, 6.0, 12.0)
-    """Pixels between shapes up to which they count as one, if there are more of them: letters, words, lines."""
+    """Largest distances in pixels of shapes that count as one: the first that leaves few enough. Letters become words,
+    and words lines."""
 
     bare_samples: int = 65_536
     """Most pixels by which it is told which shapes cast a shadow: a quarter of a picture of 512 x 512 px."""

@@ -7,6 +7,7 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32, Integers32, Mask
 from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.regions import NotFlatArtError, Regions, premultiplied
 
 
@@ -19,9 +20,9 @@ def require_plain_areas(regions: Regions, image: Floats32) -> None:
     Raises:
         NotFlatArtError: they leave more than `REGIONS.structure_max` levels, and `REGIONS.grain_max` of grain.
     """
-    is_deep = _deep_inside(regions)
-    shown = regions.label != regions.canvas if regions.canvas is not None else np.ones(regions.label.shape, bool)
-    if is_deep.sum() <= REGIONS.deep_share_min * shown.sum():
+    is_shown = regions.label != (NONE if regions.canvas is None else regions.canvas)
+    is_deep = is_shown & _deep_inside(regions)
+    if is_deep.sum() <= REGIONS.deep_share_min * is_shown.sum():
         return
     off, sigma = 255.0 * (regions.mixed() - premultiplied(image))[..., :3], REGIONS.structure_blur
     smooth = ndimage.gaussian_filter(off, (sigma, sigma, 0.0))
@@ -40,8 +41,8 @@ def _without_means(values: Floats32, label: Integers32) -> Floats:
 
 
 def _deep_inside(regions: Regions) -> Mask:
-    """Return which pixels [h, w] lie far from all borders of ``regions``, and not on the canvas."""
+    """Return which pixels [h, w] lie far from all borders of ``regions``."""
     side = 2 * REGIONS.deep + 1
     least = ndimage.minimum_filter(np.minimum(regions.label, regions.other), side)
     most = ndimage.maximum_filter(np.maximum(regions.label, regions.other), side)
-    return np.asarray((least == most) & (regions.label != (-1 if regions.canvas is None else regions.canvas)))
+    return np.asarray(least == most)

@@ -104,12 +104,13 @@ def find_regions(
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
-    rest, gained = 0.0 if tolerances.noise > 0 else _rest(picture, assignment, paints), 0.0
-    if tolerances.noise > 0 or rest > REGIONS.explained_max:
+    is_noisy, gained = tolerances.noise > 0, 0.0
+    rest = math.inf if is_noisy else _rest(straight, assignment, paints)
+    if rest > REGIONS.explained_max:
         below = _canvas_like(behind, assignment.label, paints)
         paints = with_joint_ramps(straight, assignment, paints, tolerances, below, watch)
-        gained = rest - _rest(picture, assignment, paints) if tolerances.noise == 0 else 0.0
-    if tolerances.noise > 0:
+        gained = 0.0 if is_noisy else rest - _rest(straight, assignment, paints)
+    if is_noisy:
         paints = paints.with_whole_ends(REGIONS.noisy_end)
     is_lettering = None
     # Blur and noise mix more than two paints in a pixel.
@@ -175,10 +176,9 @@ def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watc
     _require(float(np.sqrt(np.mean(found))), REGIONS.parts_factor * unexplained_max)
 
 
-def _rest(picture: Floats32, assignment: Assignment, paints: Paints) -> float:
-    """Return the root mean square in levels that ``paints`` leave of a premultiplied ``picture`` [h, w, 4]."""
-    shown = Regions(assignment.label, assignment.other, assignment.share, paints, None).mixed()
-    return 255.0 * float(np.sqrt(np.mean((shown - picture)[..., :3] ** 2)))
+def _rest(image: Floats32, assignment: Assignment, paints: Paints) -> float:
+    """Return what regions that are not complete yet leave of an ``image`` [h, w, 4]; see `unexplained`."""
+    return unexplained(Regions(assignment.label, assignment.other, assignment.share, paints).mixed(), image)
 
 
 def unexplained(shown: Floats32, image: Floats32, where: Mask | None = None) -> float:
