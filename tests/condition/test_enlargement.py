@@ -58,6 +58,13 @@ def test_whole_pixels_are_found_with_their_exact_size(factor: int) -> None:
     assert (found.width, found.kernel) == (40, NEAREST)
 
 
+@sweep(("factor", "quality"), [(4, 75), (5, 90), (6, 75)])
+def test_whole_pixels_are_found_after_jpeg(factor: int, quality: int) -> None:
+    found = found_in(as_jpeg(enlarged(drawn(32), factor, Resampling.NEAREST), quality))
+    assert found is not None
+    assert (found.width, found.kernel) == (32, NEAREST)
+
+
 @sweep("quality", [90, 75, 60])
 def test_an_enlargement_is_found_after_jpeg(quality: int) -> None:
     found = found_in(as_jpeg(enlarged(drawn(100), 4.0, Resampling.BICUBIC), quality))

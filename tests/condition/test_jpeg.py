@@ -18,6 +18,13 @@ def test_the_quality_is_found(width: int, quality: int) -> None:
     assert found.quality == pytest.approx(quality, abs=3)
 
 
+@sweep(("width", "quality"), [(64, 75), (96, 90), (128, 50), (256, 90)])
+def test_ringing_that_white_cuts_off_is_no_obstacle(width: int, quality: int) -> None:
+    found = find_jpeg(levels_of(as_jpeg(drawn(width, "#fff"), quality)))
+    assert found is not None
+    assert found.quality == quality and found.is_subsampled
+
+
 @sweep("quality", [50, 75, 90])
 def test_colors_at_half_size_are_found(quality: int) -> None:
     image = drawn(300)
@@ -31,6 +38,17 @@ def test_pictures_that_were_not_compressed_are_no_jpeg(width: int) -> None:
     clean = drawn(width)
     for image in (clean, blurred(clean, 1.0), noisy(clean, 5.0)):
         assert find_jpeg(levels_of(image)) is None
+
+
+@sweep("width", [16, 18, 24])
+def test_icons_of_few_blocks_are_no_jpeg(width: int) -> None:
+    shapes = [
+        '<circle cx="12" cy="12" r="8" fill="none" stroke="#e33" stroke-width="3"/>',
+        '<path d="M12 2c5 0 7 4 7 8v5l2 3H3l2-3v-5c0-4 2-8 7-8zM9 20h6a3 3 0 0 1-6 0z" fill="#26a"/>',
+    ]
+    page = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24"><path d="M0 0h24v24H0z" fill="#fff"/>'
+    for shape in shapes:
+        assert find_jpeg(draw(f"{page}{shape}</svg>", width, width).astype(np.float64)) is None
 
 
 def test_level_bars_are_no_jpeg_although_their_blocks_look_rounded() -> None:

@@ -13,15 +13,17 @@ from warpvec.svg.measure import draw
 
 Levels = NDArray[np.float64]
 
+_CREAM = "#f4efe6"
+
 _SVG = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 80"><rect width="100" height="80" fill="#f4efe6"/>
 <circle cx="28" cy="36" r="21" fill="#1c6fb5"/><path d="M12 66 30 20 48 66Z" fill="#e2562f"/>
 <path d="M60 12h30v9h-10v37h-10v-37h-10z" fill="#253046"/><path d="M57 70q18-22 36 0z" fill="#7a9e35"/>
 <circle cx="28" cy="36" r="7" fill="#f6d74a"/><path d="M5 8h40M5 13h31" stroke="#253046" stroke-width="1.6"/></svg>"""
 
 
-def drawn(width: int) -> Image.Image:
-    """Return a clean drawing: shapes with level, oblique and round edges, and thin lines, on cream."""
-    return Image.fromarray(draw(_SVG, width, round(width * 0.8)))
+def drawn(width: int, ground: str = _CREAM) -> Image.Image:
+    """Return a clean drawing: shapes with level, oblique and round edges, and thin lines, on cream or another ground."""
+    return Image.fromarray(draw(_SVG.replace(_CREAM, ground), width, round(width * 0.8)))
 
 
 def levels_of(image: Image.Image) -> Levels:

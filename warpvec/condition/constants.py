@@ -79,6 +79,11 @@ class ConditionConstants:
     dip_levels: float = 0.3
     """Levels that rounding leaves unexplained; they are added to what is compared with."""
 
+    nearest_rest_max: float = 4.5
+    """The same of whole pixels that are not clean, whose edges JPEG rings at: pixel art that was enlarged 4 to 12 times
+    leaves 0.2 to 4.2 levels at quality 75 and up to 6 at 50. An icon of rounded rectangles on a grid leaves 6 and more
+    at 50."""
+
     dip_max: float = 0.8
     nearest_dip_max: float = 0.35
     axis_dip_max: float = 0.87
@@ -258,28 +263,32 @@ class ConditionConstants:
 
     # JPEG (jpeg.py)
 
-    jpeg_blocks: int = 1024
-    jpeg_cut_off_max: float = 0.05
+    jpeg_blocks: int = 128
+    """Most blocks that are looked at. 91 qualities take 0.1 s for so many."""
+
     jpeg_change_min: float = 8.0
-    jpeg_whole_blocks_min: int = 60
-    """Blocks that are looked at; largest share of pixels at black or white in a block that a decoder left whole; and
-    change of levels in a block that tells. With fewer whole blocks than the last number, others count too."""
+    """Least range of levels in a block that tells more than its mean."""
 
     jpeg_equal_max: float = 0.78
     """Largest share of neighbours in these blocks that have exactly the same level. Of 23 icons as JPEG of quality 40
     to 95, 0.71 at most do; the clean icons whose blocks look rounded by chance, an equals sign and a QR code, have 0.96
     and 0.85."""
 
-    jpeg_frequency_max: int = 4
-    jpeg_rounding: float = 1.5
-    jpeg_values_min: int = 40
-    """Highest sum of a frequency's numbers that is looked at; smallest value of the transform that rounding to levels
-    cannot make; and fewest values that tell a quality."""
+    jpeg_rounding: float = 1.01
+    """Largest change of a pixel's level when a block is rounded to its own steps again: half a level when it was
+    decoded, and half when brightness and colours became red, green and blue."""
 
-    jpeg_score_min: float = 0.12
-    """Smallest score of a JPEG, for very many values. The highest score by chance of 80 clean pictures is 0.06, and
-    0.19 for 40 values. At quality 90 drawings have 0.1 to 0.6: a fifth of them, on white, are not found, but hardly
-    changed."""
+    jpeg_rounds: int = 3
+    """Times that a block is rounded, each with the pixels that were cut off as the last one decoded them."""
+
+    jpeg_bits_min: float = 12.0
+    """Least bits of a block that says a quality. With 8, one of 400 clean pictures of 32 to 256 px is a JPEG."""
+
+    jpeg_blocks_min: int = 2
+    jpeg_share_min: float = 0.02
+    """Fewest blocks, and least share of the blocks that tell, that say the quality. With one, 2 of 400 clean pictures
+    are JPEGs. Of 1600 JPEGs of logos of 32 to 256 px, at quality 40 to 90, 1020 say theirs, and none a wrong one; most
+    others are small or have one colour."""
 
     jpeg_color_max: float = 0.2
     """Largest part of the change of colours that half of their resolution leaves unexplained: it is 0.06 to 0.19 if

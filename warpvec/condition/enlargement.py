@@ -211,7 +211,8 @@ def _is_explained(along: Lines, across: Lines, sizes: tuple[int, int], kernel: s
     if along.is_clean and across.is_clean:
         return all(_is_exact(lines, size, kernel) for lines, size in zip((along, across), sizes, strict=True))
     rest = along.unexplained(sizes[0], kernel, True), across.unexplained(sizes[1], kernel, True)
-    return min(rest) <= CONDITION.rest_max  # what was cut off at black or white may be on one axis alone
+    limit = CONDITION.nearest_rest_max if kernel == NEAREST else CONDITION.rest_max
+    return min(rest) <= limit  # what was cut off at black or white may be on one axis alone
 
 
 def _is_exact(lines: Lines, size: int, kernel: str) -> bool:

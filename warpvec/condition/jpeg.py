@@ -1,22 +1,20 @@
 """The quality that a picture was saved with as JPEG, and whether its colours have half of the resolution.
 
 JPEG rounds the cosine transform of each block of 8 x 8 pixels to multiples of the steps of a table, which one number
-scales, the quality. Decoded, the transform still lies near these multiples. Source: Fan and de Queiroz, Identification
-of bitmap compression history, 2003; the table: ITU-T T.81, annex K; its scale: libjpeg.
+scales, the quality. So a decoded block, rounded to the same steps, stays as it is, and another does not. Source: Farid,
+Exposing digital forgeries from JPEG ghosts, 2009; the table: ITU-T T.81, annex K; its scale: libjpeg.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Mask
 from warpvec.condition.constants import CONDITION
-from warpvec.condition.enlargement import busiest
-from warpvec.condition.resampling import Upsampling
 from warpvec.image.luma import LUMA
 
 _STEPS = np.array([
@@ -71,72 +69,88 @@ def find_jpeg(levels: Floats) -> Jpeg | None:
     The grid of blocks is looked for at the upper left corner, not in cropped pictures.
     """
     quality = _quality_of(levels)
-    return None if quality is None else Jpeg(quality, _is_subsampled(levels))
+    return None if quality is None else Jpeg(quality, _is_subsampled(levels, quality))
 
 
 def _quality_of(levels: Floats) -> int | None:
     """Return the quality by the brightness of ``levels`` [h, w, 3]; None if it was not rounded."""
-    blocks = _telling_blocks(levels)
-    if (np.diff(blocks, axis=2) == 0.0).sum() > CONDITION.jpeg_equal_max * 56 * len(blocks):
+    blocks = _telling_blocks(levels, _LUMA)
+    if (np.diff(blocks.values, axis=2) == 0.0).sum() > CONDITION.jpeg_equal_max * 56 * len(blocks.values):
         return None  # a block that JPEG has changed has ringing, not areas of one level
-    from scipy.fft import dctn  # a tenth of a second, which clean pictures need not
-
-    transform = np.abs(dctn(blocks, axes=(1, 2), norm="ortho"))
-    order = np.add.outer(range(8), range(8))
-    rows, columns = np.nonzero((order > 0) & (order <= CONDITION.jpeg_frequency_max))
-    # Equal blocks, such as those along a level edge, are one witness.
-    found = [np.unique(np.round(transform[:, row, column], 1)) for row, column in zip(rows, columns, strict=True)]
-    found = [values[values > CONDITION.jpeg_rounding] for values in found]
-    values, place = np.concatenate(found), np.repeat(np.arange(len(found)), [len(each) for each in found])
-    if len(values) < CONDITION.jpeg_values_min:
-        return None
-    scores = [_score(values / steps_of(quality)[rows, columns][place]) for quality in _QUALITIES]
-    best = int(np.argmax(scores))
-    least = CONDITION.jpeg_score_min + 1.0 / np.sqrt(len(values))
-    return _QUALITIES[best] if scores[best] >= least else None
+    witnesses = [_witnesses(blocks, steps_of(quality)) for quality in _QUALITIES]
+    best = int(np.argmax([bits.sum() for bits in witnesses]))
+    least = max(CONDITION.jpeg_blocks_min, CONDITION.jpeg_share_min * len(blocks.values))
+    return _QUALITIES[best] if len(witnesses[best]) >= least else None
 
 
 _QUALITIES = range(5, 96)
 
 
-def _score(multiples: Floats) -> float:
-    """Return how near ``multiples`` [N] of steps are to whole ones: 1 at best, about 0 by chance.
+class _Blocks(NamedTuple):
+    """Blocks of the grid of JPEG.
 
-    Those that would have been rounded to 0 count as chance.
+    Attributes:
+        values: brightness, or one of the colour differences [N, 8, 8], about 0.
+        is_cut: whether a channel of a pixel [N, 8, 8] is at an end of the range, at which a decoder cuts it off.
     """
-    return float(np.where(multiples > 0.5, np.cos(2.0 * np.pi * multiples), 0.0).mean())
+
+    values: Floats
+    is_cut: Mask
 
 
-def _telling_blocks(levels: Floats) -> Floats:
-    """Return the brightness [N, 8, 8] of the blocks of the grid of JPEG that tell most: those of ``levels`` [h, w, 3].
+def _witnesses(blocks: _Blocks, steps: Floats) -> Floats:
+    """Return the bits [M] by which each block says that it was rounded to multiples of ``steps`` [8, 8].
 
-    They change much, and few of their pixels touch the range's ends, at which a decoder cuts the picture off.
+    A block says so if these multiples are decoded to exactly its pixels, apart from those that were cut off. Of those
+    the decoded block knows more than the picture, so they are replaced and the block is rounded once more. A value of
+    the transform that lies on a multiple by chance does so the more seldom the larger its step is, which makes the
+    bits; a block with few pixels that were not cut off can meet them by chance, and says less.
     """
-    rows, columns = levels.shape[0] // 8, levels.shape[1] // 8
+    from scipy.fft import dctn, idctn  # a tenth of a second, which clean pictures need not
 
-    def blocks_of(plane: NDArray[Any]) -> NDArray[Any]:
-        cut = plane[: 8 * rows, : 8 * columns].reshape(rows, 8, columns, 8)
-        return cut.transpose(0, 2, 1, 3).reshape(-1, 8, 8)
-
-    luma = blocks_of(levels @ _LUMA)
-    channels = list(np.moveaxis(levels, -1, 0))
-    is_cut_off = (np.maximum.reduce(channels) >= 255.0) | (np.minimum.reduce(channels) <= 0.0)
-    cut_off = blocks_of(is_cut_off).mean((1, 2))
-    change = np.ptp(luma, axis=(1, 2)) if len(luma) else np.zeros(0)
-    whole = change * (cut_off <= CONDITION.jpeg_cut_off_max)
-    if (whole > CONDITION.jpeg_change_min).sum() < CONDITION.jpeg_whole_blocks_min:
-        whole = change * (1.0 - 0.9 * cut_off)
-    order = np.argsort(-whole, kind="stable")[: CONDITION.jpeg_blocks]
-    return luma[order[whole[order] > 0]]
+    values = blocks.values
+    for _ in range(CONDITION.jpeg_rounds):
+        multiples = np.rint(dctn(values, axes=(1, 2), norm="ortho") / steps)
+        decoded = idctn(multiples * steps, axes=(1, 2), norm="ortho")
+        values = np.where(blocks.is_cut, decoded, blocks.values)
+    is_exact = (np.abs(decoded - values) <= CONDITION.jpeg_rounding).all((1, 2))
+    bits_of_steps = np.log2(np.maximum(steps / (3.0 * CONDITION.jpeg_rounding), 1.0))
+    bits_of_steps[0, 0] = 0.0  # the mean of a flat block lies anywhere
+    bits = ((multiples != 0.0) * bits_of_steps).sum((1, 2)) * (~blocks.is_cut).mean((1, 2))
+    return np.asarray(bits[is_exact & (bits >= CONDITION.jpeg_bits_min)])
 
 
-def _is_subsampled(levels: Floats) -> bool:
-    """Return whether the colour differences of ``levels`` [h, w, 3] were enlarged twice, as decoders do it."""
-    planes = [levels @ weights for weights in _COLOR]
-    rows = busiest(max(planes, key=lambda plane: float(np.abs(np.diff(plane, axis=1)).sum())))
-    rows = rows[: len(rows) // 2 * 2]
-    change = float(np.sqrt((np.diff(rows, axis=0) ** 2).mean()))
-    return (
-        change > 0.0
-        and Upsampling(len(rows), len(rows) // 2, "bilinear").unexplained(rows) <= CONDITION.jpeg_color_max * change
-    )
+def _telling_blocks(levels: Floats, weights: Floats) -> _Blocks:
+    """Return the blocks that tell most, each once: they change much, and little of them is cut off.
+
+    Args:
+        levels: the picture [h, w, 3] in [0, 255].
+        weights: of its channels [3], for the brightness or a colour difference.
+    """
+    values = _blocks_of((levels - 128.0) @ weights)
+    is_cut = _blocks_of(((levels >= 255.0) | (levels <= 0.0)).any(2))
+    change = np.ptp(values, axis=(1, 2)) if len(values) else np.zeros(0)
+    telling = np.where(change > CONDITION.jpeg_change_min, change * (~is_cut).mean((1, 2)), 0.0)
+    order = np.argsort(-telling, kind="stable")[: CONDITION.jpeg_blocks]
+    order = order[telling[order] > 0.0]
+    # Equal blocks, such as those along a level edge, are one witness.
+    keys = {values[index].round(1).tobytes(): index for index in order[::-1]}
+    order = np.array(sorted(keys.values()), np.int64)
+    return _Blocks(values[order], is_cut[order])
+
+
+def _blocks_of(plane: NDArray[Any]) -> NDArray[Any]:
+    """Return the whole blocks [N, 8, 8] of ``plane`` [h, w]."""
+    rows, columns = plane.shape[0] // 8, plane.shape[1] // 8
+    cut = plane[: 8 * rows, : 8 * columns].reshape(rows, 8, columns, 8)
+    return cut.transpose(0, 2, 1, 3).reshape(-1, 8, 8)
+
+
+def _is_subsampled(levels: Floats, quality: int) -> bool:
+    """Return whether the colours of ``levels`` [h, w, 3] were stored with half of the resolution at a ``quality``.
+
+    Then they change, but no block says that they were rounded at full resolution.
+    """
+    blocks = [_telling_blocks(levels, weights) for weights in _COLOR]
+    witnesses = [_witnesses(each, color_steps_of(quality)) for each in blocks]
+    return any(len(each.values) for each in blocks) and not any(map(len, witnesses))
