@@ -128,7 +128,7 @@ def _telling_blocks(levels: Floats, weights: Floats) -> _Blocks:
         weights: of its channels [3], for the brightness or a colour difference.
     """
     values = _blocks_of((levels - 128.0) @ weights)
-    is_cut = _blocks_of(((levels >= 255.0) | (levels <= 0.0)).any(2))
+    is_cut = _blocks_of(np.asarray(((levels >= 255.0) | (levels <= 0.0)).any(2)))
     change = np.ptp(values, axis=(1, 2)) if len(values) else np.zeros(0)
     telling = np.where(change > CONDITION.jpeg_change_min, change * (~is_cut).mean((1, 2)), 0.0)
     order = np.argsort(-telling, kind="stable")[: CONDITION.jpeg_blocks]
