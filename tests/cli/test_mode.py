@@ -30,7 +30,7 @@ def icon(tmp_path: Path) -> Path:
 def test_the_summary_says_the_mode_and_how_to_override_it(icon: Path) -> None:
     out = icon.with_suffix(".svg")
     text = invoke("run", icon).stdout
-    assert "mode: flat art (3 colours, " in text
+    assert "mode: flat art (mostly 3 colours, " in text
     assert "; --mode photo overrides" in text
     assert 'inkscape:label="gold #ffd700"' in out.read_text()
     assert "mode:" not in invoke("run", icon, "--mode", "photo", *QUICK).stdout

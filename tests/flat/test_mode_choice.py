@@ -132,7 +132,7 @@ def test_what_is_as_small_as_an_icon_is_no_photo() -> None:
 
 
 def test_the_reason_counts_the_colours() -> None:
-    assert choose_mode(np.full((40, 40, 3), 0.5, np.float32)).reason == "1 colour, 100 % of the area is flat"
+    assert choose_mode(np.full((40, 40, 3), 0.5, np.float32)).reason == "mostly 1 colour, 100 % of the area is flat"
 
 
 @pytest.mark.parametrize("shape", [(40, 60), (5, 30), (1, 1)])

@@ -22,7 +22,7 @@ _SVG = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 80"><rect wid
 
 
 def drawn(width: int, ground: str = _CREAM) -> Image.Image:
-    """Return a clean drawing: shapes with level, oblique and round edges, and thin lines, on cream or another ground."""
+    """Return a clean drawing: shapes with level, oblique and round edges, and thin lines, on ``ground``."""
     return Image.fromarray(draw(_SVG.replace(_CREAM, ground), width, round(width * 0.8)))
 
 

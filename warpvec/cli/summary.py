@@ -137,8 +137,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.insert(1, f"{counted(len(metrics['colors']), 'colour')}: {', '.join(metrics['colors'])}")
     if metrics.get("psnr_as_fitted") is not None:
         blur = metrics["blur_undone"]
-        before = f", if the file is blurred by {blur:.1f} px as well" if blur else " as it was before"
-        lines.append(f"PSNR {{psnr_as_fitted:.2f}} dB against the picture{before}")
+        fitted = f"picture, if the file is blurred by {blur:.1f} px as well" if blur else "restored picture"
+        lines.append(f"PSNR {{psnr_as_fitted:.2f}} dB against the {fitted}")
     if "lines" in metrics:
         lines.insert(1, _lines_of(metrics))
     if metrics.get("start_psnr") is not None:

@@ -10,7 +10,7 @@ from warpvec.checks import counted
 from warpvec.drawing.drawing import Drawing
 
 TEXTURE_PSNR = 30.0
-"""Closeness in dB below which a drawing lacks texture that one sees beside the picture."""
+"""Closeness in dB below which a drawing lacks texture or detail that one sees beside the picture."""
 
 LEGIBLE_HEIGHT = 7
 """Height of letters in pixels, with their soft edges, below which flat art counts a word as small. The reasons stand at
@@ -63,14 +63,17 @@ def _shades(drawing: Drawing) -> str | None:
         return None
     soft_count = drawing.scene.soft_count
     but = f", but for {counted(soft_count, 'soft path')}" if soft_count else ""
-    return f"smooth shades (drawn in steps of one colour each{but})"
+    return f"smooth shades, where it has any (drawn in steps of one colour each{but})"
 
 
 def _texture(drawing: Drawing) -> str | None:
     settings = drawing.encoding.settings
     if settings.mode not in ("photo", "flat") or settings.paper != "auto" or _colors(drawing):
         return None
-    return "fine texture (drawn as smooth areas)" if drawing.psnr_as_fitted < TEXTURE_PSNR else None
+    if drawing.psnr_as_fitted >= TEXTURE_PSNR:
+        return None
+    is_photo = settings.mode == "photo"
+    return "fine texture (drawn as smooth areas)" if is_photo else "some fine detail (drawn as plain areas)"
 
 
 def _noise(drawing: Drawing) -> str | None:
@@ -105,7 +108,11 @@ def _softness(drawing: Drawing) -> str | None:
 def _size(drawing: Drawing) -> str | None:
     rows, columns = drawing.encoding.picture.reduced_size
     is_reduced = drawing.encoding.picture.enlargement[0] > 1.0 and not drawing.encoding.picture.is_restored
-    return f"detail finer than in a picture of {columns} x {rows} px" if is_reduced else None
+    return (
+        f"detail finer than in a picture of {columns} x {rows} px (a larger fit size keeps more)"
+        if is_reduced
+        else None
+    )
 
 
 _KINDS: dict[str, Callable[[Drawing], str | None]] = {

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 
 from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.checks import counted
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.image.spread import spread
 
@@ -74,9 +75,9 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     if score <= MODE_CHOICE.photo_flatness:
         return ModeChoice("photo", f"textured or shaded, {percent}")
     if score <= 0.0:
-        return ModeChoice("flat", f"areas of one paint explain it, {percent}", MODE_CHOICE.unexplained_max)
+        return ModeChoice("flat", f"plain areas explain it, {percent}", MODE_CHOICE.unexplained_max)
     count = _color_count(levels, is_still)
-    colors = "1 colour" if count == 1 else f"{count} colours" if count <= MODE_CHOICE.colors_shown else "shaded colours"
+    colors = "shaded colours" if count > MODE_CHOICE.colors_shown else f"mostly {counted(count, 'colour')}"
     return ModeChoice("flat", f"{colors}, {percent}")
 
 

@@ -131,7 +131,7 @@ def suited_mode(request: Request, condition: Condition | None) -> tuple[ModeChoi
     choice = chosen_mode(request.picture.sharp_copy, request.settings, condition)
     textures = _textures(request, condition) if _may_be_mixed(choice, request) else None
     if textures is not None:
-        choice = ModeChoice("mixed", f"a drawing, with photos on {100 * textures.mean():.0f} % of it")
+        choice = ModeChoice("mixed", f"photos on {100 * textures.mean():.0f} % of it")
     return choice, textures
 
 

@@ -195,7 +195,7 @@ def unexplained(shown: Floats32, image: Floats32, where: Mask | None = None) -> 
 
 def _require(left: float, most: float) -> None:
     if left > most:
-        raise NotFlatArtError(f"areas of one paint leave {left:.0f} levels of it unexplained")
+        raise NotFlatArtError(f"plain areas miss it by {left:.0f} levels")
 
 
 def _require_flat_art(seeds: Integers32) -> None:
