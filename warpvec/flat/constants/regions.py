@@ -95,7 +95,7 @@ class RegionConstants:
     """Times that the regions of a JPEG are found in the picture before it. The root mean square of its difference from
     the clean picture of an icon of 400 px falls from 2.6 levels to 1.7 and 1.5, of another from 4.8 to 2.4 and 2.3."""
 
-    jpeg_quality_min: int = 65
+    jpeg_quality_min: int = 30
     """Poorest JPEG of which the picture before is looked for. At quality 50 specks along edges remain, so that a logo
     of four paths has seven to fifteen."""
 
