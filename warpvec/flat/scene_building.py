@@ -13,6 +13,7 @@ from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
 from warpvec.flat.layers.outlines import Outline, outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
+from warpvec.flat.pixels.outlines import lines_through
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.regions import Regions
@@ -91,7 +92,19 @@ def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -
 
 
 def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
-    """Return the curves of ``loops``. Those of thin parts are fitted as if they were larger."""
+    """Return the curves of ``loops``: lines through the corners of exact ones, and the best curves along others."""
+    fits = iter(_fitted_curves([loop for loop in loops if not loop.is_exact], tolerance, watch))
+    return [_lines_of(loop) if loop.is_exact else next(fits) for loop in loops]
+
+
+def _lines_of(loop: Outline) -> Curves:
+    return lines_through(loop.points), np.ones(len(loop.points), bool)
+
+
+def _fitted_curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
+    """Return the curves along ``loops``. Those of thin parts are fitted as if they were larger."""
+    if not loops:
+        return []
     scales = np.array([loop.scale for loop in loops])
     is_dot = np.array([np.ptp(loop.points, 0).max() < LETTERING.dot_side for loop in loops], bool)
     tolerances = np.where(is_dot, tolerance / scales, tolerance)

@@ -138,5 +138,12 @@ class LayerConstants:
     only_loop_area_min: float = 0.1
     """The same if a part has no larger one: the dot of an i fills hardly more than half of two pixels."""
 
+    module_side_min: int = 2
+    """Shortest side in pixels of a shape made of squares of pixels. Slopes and curves without anti-aliasing have steps
+    of one pixel."""
+
+    module_corners_min: int = 24
+    """Fewest corners of such shapes of a layer. Bars and frames have fewer, and are traced like other shapes."""
+
 
 LAYERS = LayerConstants()

@@ -17,6 +17,7 @@ from warpvec.flat.curves.contours import contours_of, signed_area
 from warpvec.flat.layers.covering import Cover, cover_of, is_lettering
 from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.layers.hidden_borders import is_in, with_simple_hidden_borders
+from warpvec.flat.layers.modules import without_modules
 from warpvec.flat.layers.stacking import StackedLayer
 from warpvec.flat.layers.straight_sides import with_straight_sides
 from warpvec.flat.regions.regions import Regions
@@ -30,10 +31,12 @@ class Outline(NamedTuple):
         points: [n, 2] in pixels, x right, y down; holes run the other way.
         scale: enlargement at which curves are fitted to it: above 1 if it was found on a grid finer than pixels, around
             a thin part or in a small picture.
+        is_exact: whether its points are the corners of a shape of whole pixels, which lines join.
     """
 
     points: Floats
     scale: float = 1.0
+    is_exact: bool = False
 
 
 def outlines(regions: Regions, layer: StackedLayer, watch: Watch = UNWATCHED, is_fine: bool = False) -> list[Outline]:
@@ -54,13 +57,15 @@ def _outlines_of_part(
     regions: Regions, members: Collection[int], above: Collection[int], is_fine: bool
 ) -> list[Outline]:
     cover = cover_of(regions, members, above)
+    modules, cover = without_modules(cover)
+    found = [Outline(loop, is_exact=True) for loop in modules]
     is_exact = bool((cover.coverage == cover.shown).all())  # beneath others it is a guess
     is_word = is_exact and is_lettering(regions, members)
     is_line = not is_word and regions.noise == 0.0 and _is_thin_line(cover)  # noise makes rough sides of a line
     if is_word or is_line:
-        found = _thin_outlines(cover, is_word)
+        found += _thin_outlines(cover, is_word)
     else:
-        found = _usual_outlines(cover, is_fine and is_exact)
+        found += _usual_outlines(cover, is_fine and is_exact)
     return [outline._replace(points=outline.points + cover.corner) for outline in found]
 
 

@@ -26,7 +26,7 @@ def scene_of_cells(cells: Cells, is_opaque: bool) -> Scene:
     shown = [int(color) for color in order if color != ground and cells.colors[color, 3] > 0]
     paths = [rectilinear_loops(cells.label == color) for color in shown]
     colors = cells.colors[shown].reshape(-1, 4) / 255.0
-    segments = np.concatenate([np.zeros((0, 3, 2)), *(_as_lines(loop) for path in paths for loop in path)])
+    segments = np.concatenate([np.zeros((0, 3, 2)), *(lines_through(loop) for path in paths for loop in path)])
     background = np.zeros(3) if ground is None else cells.colors[ground, :3] / 255.0
     return Scene(
         torch.from_numpy(segments).float(),
@@ -96,7 +96,7 @@ def _walked(directions: Mask, x: int, y: int) -> Integers:
     return np.array(([first] if heading != _RIGHT else []) + corners, np.int64)
 
 
-def _as_lines(corners: Integers) -> Floats:
+def lines_through(corners: Integers | Floats) -> Floats:
     """Return the rows [n, 3, 2] of a closed loop of lines through ``corners`` [n, 2]."""
     start = corners.astype(np.float64)
     step = np.roll(start, -1, axis=0) - start
