@@ -46,7 +46,7 @@ def test_what_has_mixed_pixels_is_no_code(shape: Shape) -> None:
 
 
 def test_a_rectangle_goes_on_beneath_what_lies_above_its_side() -> None:
-    regions = regions_of([(box(10, 10, 80, 60), RED), (disc(80, 35, 12), BLACK)])
+    regions = regions_of([(box(10, 10, 80, 60), RED), (box(70, 20, 90, 50), BLACK)])
     layer = StackedLayer(((1,),), frozenset({2}))
     (found,) = outlines(regions, layer)
     assert not found.is_exact
