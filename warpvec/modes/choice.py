@@ -16,9 +16,12 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
+from warpvec.image.alpha import is_transparent
+from warpvec.image.metrics import psnr
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import Restoration, shown_at_usual_size
+from warpvec.svg.measure import draw_like
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.condition.condition import Condition
@@ -111,10 +114,10 @@ def _draw_chosen(
         except NotFlatArtError as error:
             reason = str(error)
         else:
-            is_too_far = _is_too_far(drawing, chosen)
+            is_too_far = _is_too_far(drawing, chosen, condition)
             if is_too_far and _has_all_paths(drawing, chosen.settings):
                 drawing = mode.draw(_with_more_paths(chosen))
-                is_too_far = _is_too_far(drawing, chosen)
+                is_too_far = _is_too_far(drawing, chosen, condition)
             if not is_too_far:
                 return replace(drawing, mode_reason=reason)
             reason = f"as flat art it has only {drawing.psnr:.1f} dB"
@@ -244,15 +247,23 @@ def color_tolerance(condition: Condition | None) -> int:
     return 0 if condition is None or condition.jpeg is None else PIXELS.jpeg_levels
 
 
-def _is_too_far(drawing: Drawing, request: Request) -> bool:
-    """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it."""
+def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None) -> bool:
+    """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it.
+
+    The picture may be so poor a JPEG that it is far from its own original. Then the drawing is saved as such a JPEG.
+    """
     settings = request.settings
     is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
     is_bounded = bool(request.goal) or is_cut_short or settings.curves < FitConfig.curves
     is_alike = _is_like_picture(settings) and settings.gradients != 0.0
     is_icon = max(request.picture.reduced_size) <= MODE_CHOICE.icon_side
     is_free = settings.mode == "flat" and is_alike and not is_bounded and not is_icon
-    return is_free and drawing.psnr_as_fitted < FLAT_PSNR_MIN
+    if not is_free or drawing.psnr_as_fitted >= FLAT_PSNR_MIN:
+        return False
+    pixels = request.picture.pixels
+    if condition is None or condition.jpeg is None or is_transparent(pixels):
+        return True
+    return psnr(condition.jpeg.saved(draw_like(drawing.text, pixels)), pixels) < FLAT_PSNR_MIN
 
 
 def _is_like_picture(settings: FitConfig) -> bool:

@@ -95,10 +95,6 @@ class RegionConstants:
     """Times that the regions of a JPEG are found in the picture before it. The root mean square of its difference from
     the clean picture of an icon of 400 px falls from 2.6 levels to 1.7 and 1.5, of another from 4.8 to 2.4 and 2.3."""
 
-    jpeg_quality_min: int = 30
-    """Poorest JPEG of which the picture before is looked for. At quality 50 specks along edges remain, so that a logo
-    of four paths has seven to fifteen."""
-
     jpeg_noise: float = 3.0 / 255
     """Noise that is left in the picture before a JPEG of quality 50; that of others has the size of their steps. Of
     four shaded icons of quality 80, the colour error falls from 0.339 to 0.260. With twice as much, which parts of

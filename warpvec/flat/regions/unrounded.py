@@ -20,7 +20,7 @@ from warpvec.watch.watch import UNWATCHED, Watch
 def before_jpeg(
     image: Floats32, found: Regions, jpeg: Jpeg, min_area: float = 0.0, watch: Watch = UNWATCHED
 ) -> tuple[Floats32, Regions]:
-    """Return the picture before it was saved as JPEG [h, w, 3], and its regions. Below ``jpeg_quality_min``, both stay.
+    """Return the picture before it was saved as JPEG [h, w, 3], and its regions.
 
     Args:
         image: the picture [h, w, 3], sRGB-encoded in [0, 1].
@@ -29,8 +29,6 @@ def before_jpeg(
         min_area: as `find_regions`.
         watch: the watch over the run. When it is over, what is known must do.
     """
-    if jpeg.quality < REGIONS.jpeg_quality_min:
-        return image, found
     rounding = JpegRounding(255.0 * image.astype(np.float64), jpeg)
     noise = REGIONS.jpeg_noise * float(steps_of(jpeg.quality).mean() / steps_of(50).mean())
     before, regions = image, found
