@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from damage import as_jpeg
+from damage import as_jpeg, drawn
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
@@ -160,6 +160,12 @@ def test_a_picture_that_flat_art_cannot_show_is_a_photo(monkeypatch: pytest.Monk
     result = draw(strokes="auto")
     assert result.config.mode == "photo"
     assert "as flat art it has only" in result.metrics["mode_reason"]
+
+
+def test_a_poor_jpeg_is_flat_art_although_it_is_far_from_its_drawing() -> None:
+    result = warpvec.vectorize(as_jpeg(drawn(96, "#fff"), 12))
+    assert result.metrics["mode"] == "flat"
+    assert result.metrics["psnr"] < choice.FLAT_PSNR_MIN
 
 
 def test_a_picture_of_too_many_areas_becomes_a_photo_before_it_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
