@@ -1,4 +1,4 @@
-"""The picture before its enlargement."""
+"""The picture before its enlargement, and after it."""
 
 from __future__ import annotations
 
@@ -26,6 +26,14 @@ def before_enlargement(pixels: Floats32, enlargement: Enlargement) -> Floats32:
     small = np.stack([_inverse(across, _inverse(down, channel).T).T for channel in channels], -1).astype(np.float32)
     whole = straight(small) if is_transparent(pixels) else small.clip(0.0, 1.0)
     return np.asarray(np.rint(255.0 * whole) / 255.0, np.float32)
+
+
+def after_enlargement(pixels: Floats, enlargement: Enlargement, height: int, width: int) -> Floats:
+    """Return ``pixels`` [h, w, C] as ``enlargement`` makes a picture [height, width, C] of them."""
+    down = Upsampling(height, enlargement.height, enlargement.kernel).matrix
+    across = Upsampling(width, enlargement.width, enlargement.kernel).matrix
+    channels = (down @ (across @ pixels[..., k].T).T for k in range(pixels.shape[2]))
+    return np.stack(list(channels), -1)
 
 
 def _cells(pixels: Floats32, enlargement: Enlargement) -> Floats32:

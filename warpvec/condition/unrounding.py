@@ -3,17 +3,23 @@
 JPEG rounds the cosine transform of each block to multiples of steps. So each value was within half a step of the stored
 one. The transform of the drawing is moved into these ranges, and no farther. Source: Zakhor, Iterative procedures for
 reduction of blocking effects in transform image coding, 1992.
+
+A picture that was enlarged before is drawn at its size before that. The drawing is enlarged, moved, and reduced again.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 
 from warpvec.arrays import Floats
+from warpvec.condition.enlargement import Enlargement
 from warpvec.condition.jpeg import JFIF, Jpeg, color_steps_of, steps_of
+from warpvec.condition.restoration import after_enlargement, before_enlargement
 
 _TO_RGB = np.linalg.inv(JFIF)
 
@@ -27,8 +33,11 @@ class JpegRounding:
         jpeg: what it was saved as.
     """
 
-    levels: Floats
+    levels: NDArray[np.floating[Any]]
     jpeg: Jpeg
+
+    factor: ClassVar[float] = 1.0
+    """Enlargement of the drawing when it was rounded."""
 
     def nearest(self, drawn: Floats) -> Floats:
         """Return ``drawn`` [h, w, 3], in [0, 255], moved as little as its values need to be in their ranges."""
@@ -79,6 +88,39 @@ class JpegRounding:
             is_halved = index > 0 and self.jpeg.is_subsampled
             planes.append((_doubled(_doubled(plane, 0), 1) if is_halved else plane)[:height, :width])
         return np.asarray(np.stack(planes, -1) @ _TO_RGB.T)
+
+
+@dataclass(frozen=True, eq=False)
+class EnlargedRounding:
+    """The rounding of a picture that was enlarged before it was saved as JPEG.
+
+    Attributes:
+        large: the rounding of the large picture.
+        enlargement: how the picture was enlarged.
+    """
+
+    large: JpegRounding
+    enlargement: Enlargement
+
+    @property
+    def jpeg(self) -> Jpeg:
+        """What the picture was saved as."""
+        return self.large.jpeg
+
+    @property
+    def factor(self) -> float:
+        """Enlargement of the drawing when it was rounded."""
+        return self.enlargement.factor
+
+    def nearest(self, drawn: Floats) -> Floats:
+        """Return ``drawn`` [h, w, 3], in [0, 255], moved little, so that its enlargement is nearly in the ranges."""
+        height, width = self.large.levels.shape[:2]
+        moved = self.large.nearest(after_enlargement(drawn, self.enlargement, height, width).clip(0.0, 255.0))
+        return 255.0 * before_enlargement(np.asarray(moved / 255.0, np.float32), self.enlargement).astype(np.float64)
+
+
+Rounding = JpegRounding | EnlargedRounding
+"""How the picture that is drawn was rounded by JPEG."""
 
 
 def _rounded(values: Floats, steps: Floats) -> Floats:

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from warpvec.condition.jpeg import Jpeg
+from warpvec.condition.unrounding import Rounding
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
@@ -82,7 +82,7 @@ class FlatDrawing:
         known: outlines that are known already; None to find them.
         tracing: outlines that were traced in another way; None to trace those of the regions.
         blur: standard deviation in pixels of the blur of the picture, which the drawing is without.
-        jpeg: what the picture was saved as, which the drawing is without; None for no JPEG.
+        rounding: how the picture was rounded when it was saved as JPEG, which the drawing is without; None for no JPEG.
     """
 
     image: Tensor
@@ -92,7 +92,7 @@ class FlatDrawing:
     known: FlatOutlines | None = None
     tracing: Scene | None = None
     blur: float = 0.0
-    jpeg: Jpeg | None = None
+    rounding: Rounding | None = None
 
     @property
     def is_small(self) -> bool:
@@ -179,13 +179,13 @@ class FlatDrawing:
             require_explained_parts(image, self.unexplained_max, watch)
         found = find_regions(image, self.config.min_area, watch, may_refuse)
         if self.unexplained_max is not None:
-            require_explained(found, image, self.unexplained_max, is_jpeg=self.jpeg is not None)
+            require_explained(found, image, self.unexplained_max, is_jpeg=self.rounding is not None)
             require_few_edges(found)
-            if self.jpeg is None:
+            if self.rounding is None:
                 require_plain_areas(found, image)
-        if self.jpeg is None or self.image.shape[2] == 4:
+        if self.rounding is None or self.image.shape[2] == 4:
             return self.image, found
-        before, found = before_jpeg(image, found, self.jpeg, self.config.min_area, watch)
+        before, found = before_jpeg(image, found, self.rounding, self.config.min_area, watch)
         return torch.from_numpy(before), found
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:

@@ -201,9 +201,8 @@ def _mode(
     from warpvec.modes.pixel import Pixel
 
     outlines = KnownOutlines() if outlines is None else outlines
-    jpeg = None if condition is None else condition.jpeg
     modes: dict[str, Mode] = {
-        "flat": Flat(outlines, unexplained_max, jpeg),
+        "flat": Flat(outlines, unexplained_max, condition),
         "mono": Mono(),
         "lines": Lines(),
         "pixel": Pixel(color_tolerance(condition)),

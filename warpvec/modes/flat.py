@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+import numpy as np
 import torch
 
+from warpvec.condition.condition import Condition
 from warpvec.condition.jpeg import Jpeg
+from warpvec.condition.unrounding import EnlargedRounding, JpegRounding, Rounding
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
@@ -31,12 +34,12 @@ class KnownOutlines:
     _work: FlatDrawing | None = None
 
     def begin(
-        self, request: Request, settings: FitConfig, unexplained_max: float | None, jpeg: Jpeg | None
+        self, request: Request, settings: FitConfig, unexplained_max: float | None, rounding: Rounding | None
     ) -> FlatDrawing:
         """Return the work on a picture with ``settings``: with the known outlines if they are right for it."""
         image, watch, known = torch.from_numpy(request.picture.reduced), request.watch, self._work
-        work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur, jpeg=jpeg)
-        same_damage = known is not None and (known.blur, known.jpeg) == (work.blur, work.jpeg)
+        work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur, rounding=rounding)
+        same_damage = known is not None and (known.blur, _jpeg_of(known)) == (work.blur, _jpeg_of(work))
         if known is None or not same_damage or not torch.equal(known.image, image):
             return work
         same = {name: getattr(settings, name) for name in ("detail", "cutout", "strokes", "minify", "paper")}
@@ -58,12 +61,12 @@ class Flat:
         outlines: of the last picture, for a caller that draws it again with another detail; they become those of this
             picture.
         unexplained_max: when to refuse a picture; see `warpvec.flat.drawing.FlatDrawing`.
-        jpeg: what the picture was saved as; None for no JPEG, or if nobody looked.
+        condition: what has happened to the picture; None if nobody looked.
     """
 
     outlines: KnownOutlines = field(default_factory=KnownOutlines)
     unexplained_max: float | None = None
-    jpeg: Jpeg | None = None
+    condition: Condition | None = None
 
     def draw(self, request: Request) -> Drawing:
         """Return the drawing of flat art. A goal decides the detail and, if need be, the number of paths.
@@ -72,8 +75,8 @@ class Flat:
             NotFlatArtError: the picture is plainly no flat art, and may be refused.
         """
         with single_torch_thread(), torch.no_grad():
-            jpeg = rounding_of(request, self.jpeg)
-            work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max, jpeg)
+            rounding = rounding_of(request, self.condition)
+            work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max, rounding)
             soft = SoftDrawing(work)
 
             def draw(detail: float) -> Drawing:
@@ -96,12 +99,25 @@ def drawn(request: Request, draw: Callable[[float], Drawing]) -> Drawing:
     return meet(request.goal, Detail(request, draw)) if request.goal else draw(request.settings.detail)
 
 
-def rounding_of(request: Request, jpeg: Jpeg | None) -> Jpeg | None:
-    """Return what the copy of the picture was rounded by, which was saved as ``jpeg``.
+def rounding_of(request: Request, condition: Condition | None) -> Rounding | None:
+    """Return how the copy of the picture was rounded by JPEG, by itself or enlarged; None if it was not.
 
-    In a smaller copy, or one without an enlargement or noise, the rounding cannot be told any more.
+    In a copy that was reduced to the size of a fit, or without its noise, the rounding cannot be told any more.
     """
-    return jpeg if request.picture.reduced is request.picture.pixels else None
+    if condition is None or condition.jpeg is None or request.picture.is_transparent:
+        return None
+    picture, enlargement = request.picture, condition.enlargement
+    rounding = JpegRounding(np.float32(255.0) * picture.pixels, condition.jpeg)
+    if picture.reduced is picture.pixels:
+        return rounding
+    if enlargement is None or any(condition.noise):
+        return None
+    is_whole = picture.reduced_size == (enlargement.height, enlargement.width)
+    return EnlargedRounding(rounding, enlargement) if is_whole else None
+
+
+def _jpeg_of(work: FlatDrawing) -> Jpeg | None:
+    return None if work.rounding is None else work.rounding.jpeg
 
 
 def reduced_settings(request: Request) -> FitConfig:
