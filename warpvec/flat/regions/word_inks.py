@@ -30,7 +30,7 @@ def find_inks(words: list[list[Mark]], paints: Paints, is_seen: Mask, tolerances
     """Return the ink of each of the ``words``: a known colour that it nearly reaches, or its purest one.
 
     Known are the paints that ``is_seen`` [K] inside areas and the inks of other words on the same ground. Last come the
-    other paints, for words that do not agree on their purest colour: those of thin lines, and those of stems that lie
+    other paints, for words that show them, or do not agree on their purest colour: those of thin lines, and of stems
     between two columns, which are no colour of the drawing.
     """
     is_flat, values = paints.kind == FLAT, paints.premultiplied()
@@ -42,8 +42,9 @@ def find_inks(words: list[list[Mark]], paints: Paints, is_seen: Mask, tolerances
         word = words[index]
         mark, near = _deepest(word), _nearness(word, tolerances)
         ink = _nearest(mark, known[mark.ground], near, 0.0, tolerances)
-        if ink is None and near < LETTERING.pure_share:
-            ink = _nearest(mark, others, near, LETTERING.ink_difference, tolerances)
+        if ink is None and (near < LETTERING.pure_share or _shows_ink(word)):
+            beyond = 0.0 if _shows_ink(word) else LETTERING.ink_difference
+            ink = _nearest(mark, others, near, beyond, tolerances)
         inks[index] = ink or Ink(mark.color + mark.depth * mark.direction, mark.depth)
         known[mark.ground] = np.concatenate([known[mark.ground], inks[index].value[None]])
     return [inks[index] for index in range(len(words))]
