@@ -94,8 +94,16 @@ def test_steps_of_few_colors_are_no_rims() -> None:
         way = np.array([np.cos(angle), np.sin(angle)])
         ImageDraw.Draw(star).line((*(64 + 10 * way), *(64 + 57 * way)), (30, 60, 160), 4)
     ImageDraw.Draw(star).ellipse((38, 38, 90, 90), outline=(220, 60, 40), width=4)
-    assert find_reduction(levels_of(star)) == "bicubic"
     assert measure_condition(np.asarray(star, np.float32) / 255.0).reduction is None
+
+
+def test_edges_with_rims_among_as_many_without_are_no_reduction() -> None:
+    """Lines beside edges, and letters, look like rims; a reduction leaves some at nearly every edge."""
+    rimmed, plain = reduced(120, Resampling.LANCZOS), reduced(80, Resampling.BOX)
+    page = Image.new("RGB", (rimmed.width, rimmed.height + plain.height), "white")
+    page.paste(rimmed, (0, 0))
+    page.paste(plain, (0, rimmed.height))
+    assert find_reduction(levels_of(page)) is None
 
 
 def test_a_drawing_is_made_of_the_picture_without_rims() -> None:

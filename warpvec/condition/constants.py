@@ -118,6 +118,13 @@ class ConditionConstants:
     most edges are level: rims are undone nearly as well. JPEGs are left as they are: of 11 of quality 80 that were
     reduced by means, a thin one counts as bicubic with 0.6."""
 
+    edge_share_max: float = 0.8
+    rimless_edges_max: float = 1.0 / 3.0
+    """An edge tells if one kind of kernel leaves at most this share of what the other does; and the largest share of
+    edges without rims among those that tell. In reduced drawings it is 0 to 0.04, and 0.3 in logos and maps with many
+    level edges. A plot, whose grid touches its frame, has 0.45; a table of a browser 0.96, of which five edges of
+    letters had outweighed all others."""
+
     rimless_colors_max: int = 16
     """Most colours of a picture without rims: icons of 16 colours have none, and their steps look like bicubic ones."""
 

@@ -30,7 +30,22 @@ def find_reduction(levels: Floats) -> str | None:
     score = dict(zip(fits, np.sqrt((kept**2).mean(1)).tolist(), strict=True))
     best = min(score, key=lambda name: score[name])
     plain = min(score[name] for name in score if name not in RIMMED)
-    return best if score[best] <= CONDITION.reduction_share_max * plain else None
+    is_better = score[best] <= CONDITION.reduction_share_max * plain
+    return best if is_better and _most_are_rimmed(dict(zip(fits, kept, strict=True))) else None
+
+
+def _most_are_rimmed(kept: dict[str, Floats]) -> bool:
+    """Return whether most edges that tell have rims: a reduction leaves them at all, and a line looks like a rim.
+
+    Args:
+        kept: what each kernel leaves unexplained of each edge [N].
+    """
+    rimmed, plain = (
+        np.min([rest for name, rest in kept.items() if (name in RIMMED) == has_rims], axis=0)
+        for has_rims in (True, False)
+    )
+    has_rim, has_none = rimmed < CONDITION.edge_share_max * plain, plain < CONDITION.edge_share_max * rimmed
+    return bool(has_none.sum() <= CONDITION.rimless_edges_max * (has_rim | has_none).sum())
 
 
 def _may_be_rimmed(patches: Floats) -> bool:

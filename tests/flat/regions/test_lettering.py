@@ -46,6 +46,25 @@ def test_inks_of_two_words_on_one_ground_stay_apart() -> None:
     assert len(colors) == 3
 
 
+def test_words_in_one_line_keep_like_inks_that_their_pixels_tell_apart() -> None:
+    """Yellow beside gray, as in an editor: both lie in nearly the same direction from the dark ground."""
+    gray, yellow = (np.array(levels) / 255.0 for levels in ((212, 212, 212), (220, 220, 170)))
+    stem = box(20.6, 12.0, 22.3, 24.0)
+    first, second = letters(stem) + letters(stem, x=5.0), letters(stem, x=10.0) + letters(stem, x=15.0)
+    ground = np.full(3, 30.0 / 255.0)
+    image = ground + first[..., None] * (gray - ground) + second[..., None] * (yellow - ground)
+    regions = find_regions((np.rint(255.0 * image) / 255.0).astype(np.float32))
+    blue = regions.paints.color[:, 2]
+    assert blue[regions.label[14, 21]] - blue[regions.label[14, 31]] > 0.1
+
+
+def test_letter_that_shows_its_ink_keeps_it_beside_a_darker_word() -> None:
+    """Its stem reaches into the columns on both sides of the middle one, which is of pure ink."""
+    dark, pale = letters(box(20.0, 12.0, 22.2, 24.0)), letters(box(25.6, 12.0, 27.3, 24.0), box(28.6, 12.0, 30.3, 24.0))
+    regions = regions_on_white(dark + 0.75 * pale)
+    assert regions.paints.color[regions.label[18, 26], 0] == pytest.approx(0.25, abs=0.01)
+
+
 def test_mark_of_two_colors_stays_as_it_was() -> None:
     covered, dot = letters(box(20.0, 20.0, 32.0, 32.0)), letters(box(24.0, 24.0, 28.0, 28.0))
     image = 1.0 - covered[..., None] * np.array([0.2, 0.5, 0.9]) - dot[..., None] * np.array([0.6, 0.0, 0.0])

@@ -55,6 +55,15 @@ def test_regions_reach_across_edges_of_known_width(width: int, reach: int) -> No
     assert measure_reach(opaque(np.tile(profile, (96, 1)))) == (min(reach, 8) if width > 2 else REGIONS.sharp_reach)
 
 
+def test_pale_details_away_from_edges_are_no_noise() -> None:
+    """Pale words between dark ones; noise would be beside the dark ones as well."""
+    page = np.ones((256, 256))
+    page[:, ::16] = 0.0
+    for column in (6, 10):
+        page[::7, column::16] -= 5 * LEVEL
+    assert measure_noise(opaque(page)) == 0.0
+
+
 @pytest.mark.parametrize(("is_webp", "noise"), [(True, REGIONS.noise_min), (False, 0.0)])
 def test_edges_that_ring_as_in_webp_are_noise(is_webp: bool, noise: float) -> None:
     y, x = np.indices((1024, 1024))

@@ -86,10 +86,12 @@ def measure_noise(picture: Floats32) -> float:
     murmurs = float(is_murmur[band].mean())
     if max(luma.shape) < REGIONS.murmur_side:
         return float(loud) if quiet > REGIONS.quiet and loud > REGIONS.noise_min_small else 0.0
-    if (quiet > REGIONS.quiet or murmurs > REGIONS.murmur_share) and loud > REGIONS.noise_min:
-        return float(loud)
     ring = near & ~mixed
-    rings = ring.any() and float(is_murmur[ring].mean()) > REGIONS.ring_share
+    in_ring = float(is_murmur[ring].mean()) if ring.any() else murmurs
+    is_noisy = quiet > REGIONS.quiet or min(murmurs, in_ring) > REGIONS.murmur_share
+    if is_noisy and loud > REGIONS.noise_min:
+        return float(loud)
+    rings = ring.any() and in_ring > REGIONS.ring_share
     return REGIONS.noise_min if rings and murmurs > REGIONS.ring_murmur_share else 0.0
 
 
