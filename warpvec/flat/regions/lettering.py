@@ -126,6 +126,7 @@ def with_lettering(
         lone_area_min: the same for marks that are no part of a word, which may be specks.
     """
     marks, crossing = _marks(picture, found, paints, tolerances)
+    marks = [mark for mark in marks if not _is_shaded(mark, found, paints)]
     if not 0 < len(marks) <= LETTERING.marks_max:
         return found, paints, None
     crossing = crossing if len(crossing) <= LETTERING.marks_max else []
@@ -153,6 +154,13 @@ def with_lettering(
     is_lettering = np.arange(len(paints) + len(colors)) >= len(paints)
     join_grounds(result, [mark.beside for mark in written], paints)
     return without_unseen(result, paints.joined(flat_paints(np.stack(colors))), is_lettering)
+
+
+def _is_shaded(mark: _Mark, found: Assignment, paints: Paints) -> bool:
+    """Return whether pure pixels of a ``mark`` show a gradient: a mark of one ink shows none."""
+    own = found.label.flat[mark.pixels]
+    is_shaded = (paints.kind[own] != FLAT) & (own != mark.ground) & found.is_pure.flat[mark.pixels]
+    return int(is_shaded.sum()) >= LETTERING.shaded_area_min
 
 
 def _is_lettering(covered: list[Floats32]) -> bool:
