@@ -31,6 +31,14 @@ def test_rounding_and_flat_colours_are_no_noise() -> None:
     assert measure_noise(opaque(ramp)) == measure_noise(opaque(two)) == 0.0
 
 
+def test_the_shading_of_an_icon_bends_and_is_no_noise() -> None:
+    y, x = np.indices((48, 48)) / 48
+    shading = np.round((0.2 + 0.7 * x**2 + 0.1 * np.sin(9 * y)) * 255) / 255
+    assert measure_noise(opaque(shading)) == 0.0
+    rough = shading + 2 * LEVEL * np.random.default_rng(0).standard_normal(shading.shape)
+    assert measure_noise(opaque(rough)) > 0.0
+
+
 @pytest.mark.parametrize(("levels", "is_noise"), [(1, False), (3, True)])
 def test_ramps_that_a_browser_dithers_by_a_level_are_no_noise(levels: int, is_noise: bool) -> None:
     ramp = np.tile(np.linspace(240.0, 243.0, 256)[:, None], (1, 256))

@@ -164,7 +164,7 @@ def test_areas_get_their_flat_colour_or_their_ramp() -> None:
     assert max(fits.errors) < 1 / 255
 
 
-@pytest.mark.parametrize(("columns", "kind"), [(8, LINEAR), (6, FLAT)])
+@pytest.mark.parametrize(("columns", "kind"), [(8, LINEAR), (2, LINEAR), (1, FLAT)])
 def test_a_small_area_has_a_ramp_if_enough_pixels_agree_on_it(columns: int, kind: int) -> None:
     """A liquid in an icon of 32 px shows five rows of a steep ramp."""
     image = np.repeat(np.round(np.linspace(0.3, 0.45, 5) * 255)[:, None] / 255, columns, 1)

@@ -175,6 +175,10 @@ class LetteringConstants:
     nearer to each other than the fit expects of pixels, which drew one spike with 3. Outlines may move as far as
     elsewhere. When that was a third, a chart with text (chart_pie) took a fifth more bytes."""
 
+    shaded_area_min: int = 9
+    """Pure pixels of a gradient from which an island is a shaded shape, and no mark of one ink. The tip of a logo
+    (skill-icons arch at 48 px), 72 pixels of a gradient, was drawn torn in place of shaded."""
+
     wide: float = 1.6
     wide_scale: float = 3.0
     """Mean width in pixels from which a thin part is fitted at this enlargement. The two corners of its ends are then

@@ -60,6 +60,14 @@ class RegionConstants:
     """Less noise than this is none, the second in pictures smaller than ``murmur_side``: clean ones with ramps have up
     to 2.0 levels there. Those of JPEG quality 80 and 90 have more, and half of those of 95."""
 
+    shaded_side: int = 100
+    """Longest side in pixels of an icon, whose shading is steep."""
+
+    rough_min: float = 4.0 / 255
+    """Fourth difference of brightness at the first quantile above which an icon is noisy. Shading that bends leaves
+    little: six of ten clean icons with gradients that were taken for noisy have 0.6 to 3.9 levels. Of copies as JPEG
+    of quality 80 and 90, 94 % have more. Rounding alone leaves 2 levels."""
+
     parts: int = 3
     parts_side: int = 128
     parts_factor: float = 2.0
@@ -175,6 +183,42 @@ class RegionConstants:
     growth_max: int = 24
     """Rounds of growth, of one pixel each: ringing of JPEG reaches 16 pixels from an edge where colour is halved."""
 
+    # Areas that follow the shading of icons (regions/surface_growing.py, regions/shading_joining.py)
+
+    surface_areas: tuple[int, int, int] = (4, 9, 25)
+    """Fewest pixels of an area whose shading is level, a plane, and of the second degree."""
+
+    surface_rest: float = 1.0 / 255
+    surface_difference: float = 2.5 / 255
+    """Root mean square that a surface may leave of its pixels, and the largest difference, in some channel, of a pixel
+    that continues it; of areas of ``ramp_area_min`` and more, it is that of ``paint``. With 2 levels for all, a carrot
+    of 32 px has 28.5 dB at 4 times the size in place of 31.5."""
+
+    surface_starts: tuple[tuple[int, int], ...] = ((5, 6), (3, 3))
+    """Sides in pixels of the squares with which areas begin, and terms of their surfaces: six are of the second degree,
+    and three a plane."""
+
+    start_rest: float = 0.8 / 255
+    start_bend: float = 0.08
+    start_step: float = 40 / 255
+    """Root mean square that the surface of such a square may leave: the first, or so much of its steepest change from
+    pixel to pixel, which is at most the last. The mixed pixels of an edge leave a fifth of that, unless one of three
+    is mixed by half."""
+
+    surface_area_min: int = 12
+    """Smaller areas that begin so are none. With 25, ten icons of 24 and 48 px lose 0.3 dB at 4 times the size, though
+    a face of 24 px with glasses gains 4.8."""
+
+    shading_rest: float = 1.0 / 255
+    """Root mean square that a gradient may leave of two areas that it joins. What it leaves from ``peel_error_min`` on
+    would part them again."""
+
+    shading_part: float = 0.6
+    """Least part of the border of two areas of one shading at which the colours change about as before and behind."""
+
+    bin_area: int = 6
+    """Fewest pixels of a place at which the colours along a ramp are averaged, in small areas."""
+
     # Mixes of pixels (regions/assignment.py)
 
     loose: float = 3.0
@@ -233,8 +277,15 @@ class RegionConstants:
 
     small_ramp_deviation: float = 4 / 255
     """In clean pictures smaller areas, too, have a ramp if a flat paint leaves so much as a root mean square, and the
-    ramp no more than a flat area leaves. A liquid in an icon of 32 px, in two areas of 43 and 51 pixels, was two flat
+    ramp no more than ``small_ramp_rest``. A liquid in an icon of 32 px, in two areas of 43 and 51 pixels, was two flat
     bands: the icon had 28.7 dB at 4 times the size, and has 31.7 with its ramp."""
+
+    small_ramp_rest: float = 1.6 / 255
+    """Root mean square that the ramp of a small area may leave."""
+
+    plain_area_min: int = 9
+    """Smaller areas have no ramp. Those from here up to ``shared_area_min`` have a linear one of two stops, in clean
+    pictures."""
 
     shared_gain: float = 0.8
     """The ramp of another area is chosen if it leaves less than this part of what a flat paint leaves."""
@@ -513,6 +564,10 @@ class RegionConstants:
     """A small area is dropped if the regions around explain this part of its pixels."""
 
     # The regions of a picture (regions/regions.py)
+
+    words_rest: float = 1.0
+    """By how many levels, a root mean square, words may leave more of an icon than its regions without them. The hole
+    of a shaded 9 of 48 px was taken for a white mark on a ramp, and left 2.2 more."""
 
     speck_area: float = 4.0
     speck_area_of_icons: float = 2.0

@@ -21,6 +21,7 @@ from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.word_inks import find_inks
 from warpvec.flat.regions.words import words_of
+from warpvec.geometry.paints.registry import FLAT
 
 
 def with_lettering(
@@ -44,6 +45,7 @@ def with_lettering(
         lone_area_min: the same for marks that are no part of a word, which may be specks.
     """
     marks, crossing = find_marks(picture, found, paints, tolerances)
+    marks = [mark for mark in marks if not _is_shaded(mark, found, paints)]
     if not 0 < len(marks) <= LETTERING.marks_max:
         return found, paints, None
     crossing = crossing if len(crossing) <= LETTERING.marks_max else []
@@ -81,6 +83,13 @@ def _seen_inside(found: Assignment, count: int) -> Mask:
     beside = (label[:-2, 1:-1], label[2:, 1:-1], label[1:-1, :-2], label[1:-1, 2:])
     is_inside = np.logical_and.reduce([inner == each for each in beside]) & (inner != NONE)
     return np.asarray(np.bincount(inner[is_inside], minlength=count) > 0)
+
+
+def _is_shaded(mark: Mark, found: Assignment, paints: Paints) -> bool:
+    """Return whether pure pixels of a ``mark`` show a gradient: a mark of one ink shows none."""
+    own = found.label.flat[mark.pixels]
+    is_shaded = (paints.kind[own] != FLAT) & (own != mark.ground) & found.is_pure.flat[mark.pixels]
+    return int(is_shaded.sum()) >= LETTERING.shaded_area_min
 
 
 def _is_lettering(covered: list[Floats32]) -> bool:

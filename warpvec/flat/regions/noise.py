@@ -85,7 +85,9 @@ def measure_noise(picture: Floats32) -> float:
     quiet, loud = np.quantile(difference[band], [REGIONS.quiet_share, REGIONS.loud_share])
     murmurs = float(is_murmur[band].mean())
     if max(luma.shape) < REGIONS.murmur_side:
-        return float(loud) if quiet > REGIONS.quiet and loud > REGIONS.noise_min_small else 0.0
+        is_loud = quiet > REGIONS.quiet and loud > REGIONS.noise_min_small
+        is_rough = max(luma.shape) > REGIONS.shaded_side or _is_rough(luma, band)
+        return float(loud) if is_loud and is_rough else 0.0
     ring = near & ~mixed
     in_ring = float(is_murmur[ring].mean()) if ring.any() else murmurs
     is_noisy = quiet > REGIONS.quiet or min(murmurs, in_ring) > REGIONS.murmur_share
@@ -93,6 +95,11 @@ def measure_noise(picture: Floats32) -> float:
         return float(loud)
     rings = ring.any() and in_ring > REGIONS.ring_share
     return REGIONS.noise_min if rings and murmurs > REGIONS.ring_murmur_share else 0.0
+
+
+def _is_rough(luma: Floats32, band: Mask) -> bool:
+    """Return whether ``luma`` [h, w] is noisy in the ``band`` [h, w]. Shading is not, however much it bends."""
+    return bool(np.quantile(_largest_difference(luma, 4)[band], REGIONS.quiet_share) > REGIONS.rough_min)
 
 
 def _murmurs(luma: Floats32, band: Mask) -> tuple[Floats32, Mask]:
@@ -140,9 +147,14 @@ def _edge_widths(luma: Floats32, along: Floats32, across: Floats32, axis: int) -
 
 def second_difference(luma: Floats32) -> Floats32:
     """Return the larger of the second differences along the two axes [h, w]; 0 at the border."""
-    result = np.zeros_like(luma)
-    result[:, 1:-1] = np.abs(np.diff(luma, 2, axis=1))
-    result[1:-1] = np.maximum(result[1:-1], np.abs(np.diff(luma, 2, axis=0)))
+    return _largest_difference(luma, 2)
+
+
+def _largest_difference(luma: Floats32, order: int) -> Floats32:
+    """Return the larger of the differences of an even ``order`` along the two axes [h, w]; 0 at the border."""
+    result, margin = np.zeros_like(luma), order // 2
+    result[:, margin:-margin] = np.abs(np.diff(luma, order, axis=1))
+    result[margin:-margin] = np.maximum(result[margin:-margin], np.abs(np.diff(luma, order, axis=0)))
     return result
 
 

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats32, Integers32, Places
+from warpvec.arrays import Floats, Floats32, Integers32, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.banding import split_into_bands
+from warpvec.flat.regions.color_moments import moments_of
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.peeling import parts_of, peel
@@ -150,27 +151,52 @@ def _find_ramps(
     watch: Watch,
 ) -> dict[int, Ramp]:  # fmt: skip
     """Return the ramps of the areas that are not flat, the largest first. Parts of one ramp get the same one."""
-    limit = REGIONS.flat_deviation + REGIONS.noise_deviation * tolerances.noise
-    area_min = REGIONS.noisy_ramp_area_min if tolerances.noise > 0 else REGIONS.ramp_area_min
-    least_of_small = math.inf if tolerances.noise > 0 else REGIONS.small_ramp_deviation
+    least = REGIONS.shared_area_min if tolerances.noise > 0 else REGIONS.plain_area_min
     ramps: dict[int, Ramp] = {}
     for index in sorted(range(len(areas)), key=lambda index: -len(areas[index])):
         if watch.is_over():
             break
-        pixels, few = areas[index], _few(areas[index])
-        if len(pixels) < REGIONS.shared_area_min or values[index][3] == 0:
+        pixels = areas[index]
+        if len(pixels) < least or values[index][3] == 0:
             continue
-        channels = _channels(colors[few], tolerances)
-        deviation = float(np.sqrt(((colors[few] - values[index])[:, :channels] ** 2).mean()))
-        gain = REGIONS.shared_gain if len(pixels) >= REGIONS.shared_small * area_min else REGIONS.shared_small_gain
-        ramp = _shared_ramp(ramps, few, colors[:, :channels], width, gain * deviation, limit)
-        is_small = len(pixels) < area_min
-        if ramp is None and deviation > (least_of_small if is_small else limit):
-            ramp = ramp_of_pixels(_points(pixels, width), colors[pixels, :channels].astype(np.float64), tolerances)
-            ramp = None if is_small and ramp is not None and ramp.error > limit else ramp
+        if len(pixels) < REGIONS.shared_area_min:
+            ramp = _plain_ramp(_points(pixels, width), colors[pixels])
+        else:
+            ramp = _own_or_shared_ramp(ramps, pixels, colors, values[index], width, tolerances)
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
             ramps[index] = ramp
     return ramps
+
+
+def _own_or_shared_ramp(
+    ramps: dict[int, Ramp], pixels: Places, colors: Floats32, value: Floats32, width: int, tolerances: Tolerances
+) -> Ramp | None:
+    """Return the ramp of an area whose median colour is ``value``: one of the known ``ramps``, its own, or None."""
+    limit = REGIONS.flat_deviation + REGIONS.noise_deviation * tolerances.noise
+    area_min = REGIONS.noisy_ramp_area_min if tolerances.noise > 0 else REGIONS.ramp_area_min
+    few = _few(pixels)
+    channels = _channels(colors[few], tolerances)
+    deviation = float(np.sqrt(((colors[few] - value)[:, :channels] ** 2).mean()))
+    gain = REGIONS.shared_gain if len(pixels) >= REGIONS.shared_small * area_min else REGIONS.shared_small_gain
+    shared = _shared_ramp(ramps, few, colors[:, :channels], width, gain * deviation, limit)
+    is_small = len(pixels) < area_min
+    least_of_small = math.inf if tolerances.noise > 0 else REGIONS.small_ramp_deviation
+    if shared is not None or deviation <= (least_of_small if is_small else limit):
+        return shared
+    ramp = ramp_of_pixels(_points(pixels, width), colors[pixels, :channels].astype(np.float64), tolerances)
+    is_poor = is_small and ramp is not None and ramp.error > REGIONS.small_ramp_rest
+    return None if is_poor else ramp
+
+
+def _plain_ramp(points: Floats, colors: Floats32) -> Ramp | None:
+    """Return the linear ramp of two stops that opaque ``colors`` [N, 4] of few ``points`` [N, 2] show, or None."""
+    if (colors[:, 3] < 1).any():
+        return None
+    shown = colors[:, :3].astype(np.float64)
+    if np.sqrt(((shown - shown.mean(0)) ** 2).mean()) <= REGIONS.small_ramp_deviation:
+        return None
+    ramp = moments_of(np.zeros(len(points), np.int64), shown, points, 1)[0].ramp().between(points)
+    return ramp if ramp.error <= REGIONS.small_ramp_rest else None
 
 
 def ramp_of_pixels(
@@ -207,9 +233,9 @@ def _channels(colors: Floats32, tolerances: Tolerances) -> int:
     return 4 if changes and low >= REGIONS.opacity_min else 3
 
 
-def _points(pixels: Places, width: int) -> NDArray[np.floating[Any]]:
+def _points(pixels: Places, width: int) -> Floats:
     """Return the centres x, y [N, 2] of pixels numbered by rows."""
-    return np.stack([pixels % width, pixels // width], 1) + 0.5
+    return np.stack([pixels % width, pixels // width], 1).astype(np.float64) + 0.5
 
 
 def flat_paints(values: Floats32) -> Paints:

@@ -222,6 +222,15 @@ def _profile(places: Floats, colors: Floats) -> tuple[Floats, Floats]:
     return profile, np.stack([np.interp(places, knots, slopes[:, column]) for column in columns], 1)
 
 
+def unevenness(direction: Direction, points: Floats, colors: Floats) -> float:
+    """Return the root mean square by which the colours [N, D] of one place along ``direction`` differ."""
+    bins = int(np.clip(len(points) // REGIONS.bin_area, 1, REGIONS.profile_bins))
+    places = direction.places(points)
+    knots, means, _ = binned(places, colors, bins)
+    profile = np.stack([np.interp(places, knots, column) for column in means.T], 1)
+    return float(np.sqrt(((colors - profile) ** 2).sum() / ((len(points) - bins + 1) * colors.shape[1])))
+
+
 def binned(places: Floats, colors: Floats, bins: int) -> tuple[Floats, Floats, Floats]:
     """Return the mean places [B], mean colours [B, D] and counts [B] of the bins that are not empty."""
     start, extent = places.min(), max(float(np.ptp(places)), 1.0e-6)

@@ -116,9 +116,9 @@ def find_regions(
     # Blur and noise mix more than two paints in a pixel.
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
     if is_plain and not watch.is_over():
-        assignment, paints, is_lettering = with_lettering(
-            picture, assignment, paints, tolerances, min_area, limits.clear_area
-        )
+        worded = with_lettering(picture, assignment, paints, tolerances, min_area, limits.clear_area)
+        if _explains_as_well(worded[:2], (assignment, paints), straight):
+            assignment, paints, is_lettering = worded
     label, other, share = assignment.label, assignment.other, assignment.share
     canvas = _canvas_like(behind, label, paints)
     return Regions(label, other, share, paints, canvas, is_lettering, tolerances.noise, gained)
@@ -174,6 +174,15 @@ def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watc
         part = np.ascontiguousarray(image[top : top + side, left : left + side])
         found.append(unexplained(find_regions(part, watch=watch).mixed(), part) ** 2)
     _require(float(np.sqrt(np.mean(found))), REGIONS.parts_factor * unexplained_max)
+
+
+def _explains_as_well(worded: tuple[Assignment, Paints], plain: tuple[Assignment, Paints], image: Floats32) -> bool:
+    """Return whether regions with words leave about as little of an ``image`` [h, w, 4] as those without; of an icon.
+
+    Larger pictures have so many words that they are not compared.
+    """
+    is_icon = max(image.shape[:2]) <= REGIONS.shaded_side
+    return not is_icon or _rest(image, *worded) <= _rest(image, *plain) + REGIONS.words_rest
 
 
 def _rest(image: Floats32, assignment: Assignment, paints: Paints) -> float:

@@ -9,6 +9,8 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.noise import Tolerances
 from warpvec.flat.regions.paint_fitting import fit_areas
 from warpvec.flat.regions.region_growing import NONE, grow_seeds, pixels_of, without_small
+from warpvec.flat.regions.shading_joining import join_shading
+from warpvec.flat.regions.surface_growing import grow_by_surface
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -30,6 +32,8 @@ def find_seeds(picture: Floats32, image: Floats32, tolerances: Tolerances, watch
             for ramps in (False, True)
         )
         seeds = _without_edges(image, flat, steep, tolerances, watch)
+        if max(seeds.shape) <= REGIONS.shaded_side:
+            seeds = join_shading(grow_by_surface(seeds, picture, watch), image, watch)
     if (picture[..., 3] == 0).any():
         seeds[_is_tip(seeds, picture[..., 3])] = NONE
     return without_small(seeds, 1)
