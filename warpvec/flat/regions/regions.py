@@ -90,10 +90,38 @@ def find_regions(
     Raises:
         NotFlatArtError: the picture has no pure areas, or more than ``seeds_max``.
     """
+    tolerances = measure_tolerances(premultiplied(image), noise_min)
+    plain = _regions_of(image, tolerances, min_area, watch, may_refuse)
+    is_icon = max(image.shape[:2]) <= REGIONS.shaded_side
+    if not is_icon or tolerances.noise > 0 or watch.is_over():
+        return plain
+    shaded = _regions_of(image, tolerances, min_area, watch, follows_shading=True)
+    return min(shaded, plain, key=lambda regions: _price(regions, image))
+
+
+def _price(regions: Regions, image: Floats32) -> float:
+    """Return the description length in nats of ``regions`` and of what they leave of ``image`` [h, w, 3 or 4]."""
+    left = math.hypot(unexplained(regions.mixed(), image), REGIONS.price_levels)
+    gradient_count, mixed_count = int((regions.paints.kind != FLAT).sum()), int((regions.share < 1.0).sum())
+    stated = REGIONS.price_region * (len(regions) + 2 * gradient_count) + REGIONS.price_mixed * mixed_count
+    return 3 * image[..., 0].size * math.log(left) + stated
+
+
+def _regions_of(
+    image: Floats32,
+    tolerances: Tolerances,
+    min_area: float,
+    watch: Watch,
+    may_refuse: bool = False,
+    follows_shading: bool = False,
+) -> Regions:
+    """Return the regions of flat art. With ``follows_shading``, areas grow where their shading goes on.
+
+    The other arguments are those of `find_regions`, and the ``tolerances`` of the picture.
+    """
     picture, straight = premultiplied(image), with_alpha(image)
-    tolerances = measure_tolerances(picture, noise_min)
     limits = _speck_limits(min_area, image.shape, tolerances)
-    seeds = find_seeds(picture, straight, tolerances, watch)
+    seeds = find_seeds(picture, straight, tolerances, watch, follows_shading)
     if may_refuse:
         _require_flat_art(seeds)
     if (seeds == NONE).all():

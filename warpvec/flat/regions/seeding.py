@@ -14,7 +14,9 @@ from warpvec.flat.regions.surface_growing import grow_by_surface
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
-def find_seeds(picture: Floats32, image: Floats32, tolerances: Tolerances, watch: Watch = UNWATCHED) -> Integers32:
+def find_seeds(
+    picture: Floats32, image: Floats32, tolerances: Tolerances, watch: Watch = UNWATCHED, follows_shading: bool = False
+) -> Integers32:
     """Return the areas of pure pixels [h, w], ``NONE`` elsewhere. Noise has none.
 
     Args:
@@ -22,6 +24,7 @@ def find_seeds(picture: Floats32, image: Floats32, tolerances: Tolerances, watch
         image: the same with straight alpha [h, w, 4].
         tolerances: those of the picture.
         watch: the watch over the run. When it is over, flat areas must do.
+        follows_shading: whether areas of a clean picture grow where their shading goes on.
     """
     seen = picture @ tolerances.metric
     if tolerances.noise > 0:
@@ -32,7 +35,7 @@ def find_seeds(picture: Floats32, image: Floats32, tolerances: Tolerances, watch
             for ramps in (False, True)
         )
         seeds = _without_edges(image, flat, steep, tolerances, watch)
-        if max(seeds.shape) <= REGIONS.shaded_side:
+        if follows_shading:
             seeds = join_shading(grow_by_surface(seeds, picture, watch), image, watch)
     if (picture[..., 3] == 0).any():
         seeds[_is_tip(seeds, picture[..., 3])] = NONE
