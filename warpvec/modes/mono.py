@@ -36,7 +36,7 @@ class Mono:
                 request.picture.reduced,
                 "auto" if threshold == "auto" else float(threshold),
                 tolerance=None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail,
-                min_area=max(MONO.area_min, settings.min_area),
+                min_area=max(MONO.area_min, settings.min_area) if settings.min_area else None,
                 blur=request.picture.blur,
                 is_to_be_fitted=True,
                 watch=request.watch,
