@@ -18,6 +18,7 @@ from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
+from warpvec.flat.faint_lines import faint_line_count
 from warpvec.flat.ink_specks import specks_among
 from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.staircases import staircase_outlines
@@ -38,6 +39,7 @@ class MonoTracing:
         coverage: share of ink in each pixel [h, w], in [0, 1].
         is_clean: whether the coverage is that of a renderer, blurred at most: it tells where in a pixel each edge lies.
         speck_count: number of specks and of holes that were left out, because they were too small.
+        faint_count: number of lines that were left out, because they cover no pixel by half.
     """
 
     scene: Scene
@@ -45,6 +47,7 @@ class MonoTracing:
     coverage: Floats
     is_clean: bool
     speck_count: int
+    faint_count: int = 0
 
 
 def mono_tracing(
@@ -110,7 +113,8 @@ def mono_tracing(
     allowed = _tolerances(kept, tolerance) if are_two_levels else np.full(len(kept), tolerance)
     fitted = _fitted(kept, allowed, scale, watch, straight_min)
     left_out = len(outlines) - len(fitted)
-    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)
+    faint_count = 0 if are_two_levels else faint_line_count(coverage)
+    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out, faint_count)
 
 
 def _kept(outlines: list[Floats], coverage: Floats, min_area: float | None, are_two_levels: bool) -> list[Floats]:

@@ -45,7 +45,9 @@ class Mono:
                 scene, left_out = _fitted(tracing, request, settings, detail)
             else:
                 scene, left_out = _with_forms(tracing.scene, request, settings, detail), {}
-            return finished(request, scene, detail, {"speck": tracing.speck_count} | left_out)
+            return finished(
+                request, scene, detail, {"speck": tracing.speck_count, "faint line": tracing.faint_count} | left_out
+            )
 
         with single_torch_thread(), torch.no_grad():
             return drawn(request, draw)

@@ -34,6 +34,12 @@ class MonoConstants:
     """Outlines of fewer square pixels are points, where the grey of a pixel is exactly that which parts ink from paper.
     They have no direction, and no length to be sampled along."""
 
+    faint_level: float = 0.2
+    faint_window: int = 5
+    faint_pixels: int = 6
+    """Least ink of a pixel of a line too thin to be drawn; side in pixels of the squares around ink whose soft edges
+    are no lines; and the fewest pixels of such a line. Noise of scans has no connected pixels of as much ink."""
+
     two_level_share: float = 0.02
     """A picture has two levels only if fewer of its pixels along edges lie in between; else over half of them do."""
 
