@@ -15,6 +15,7 @@ from warpvec.arrays import Floats
 from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
+from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
@@ -83,7 +84,7 @@ def mono_tracing(
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
     is_clean, is_sharp, is_fine, straight_min = False, False, False, math.inf
-    are_two_levels = has_two_levels(coverage)
+    are_two_levels, is_thin, faint_count = has_two_levels(coverage), False, 0
     if are_two_levels:
         straight_min = MONO.straight_min
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
@@ -97,12 +98,17 @@ def mono_tracing(
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         may_be_fine = is_to_be_fitted and is_sharp and is_clean and blur == 0.0
         is_fine = may_be_fine and max(coverage.shape) <= DRAWING.fine_side
-        if is_fine:
+        faint_count = faint_line_count(coverage)
+        is_plain = noise_tolerance <= CURVES.tolerance and blur == 0.0 and coverage.size <= LETTERING.thin_line_box
+        is_thin = faint_count > 0 and is_plain
+        if is_thin:
+            outlines, faint_count = fine_contours_of(coverage), 0
+        elif is_fine:
             outlines = fine_contours_of(coverage, 0.0)
         else:
             outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
     kept = _kept(outlines, coverage, min_area, are_two_levels)
-    if are_two_levels:
+    if are_two_levels or is_thin:
         scale = MONO.staircase_scale
     elif is_fine:
         scale = DRAWING.small_scale
@@ -110,10 +116,9 @@ def mono_tracing(
         scale = 1.0 / max(blur, 1.0)  # corners are as round as the blur is wide, and a later fit undoes it
     else:
         scale = 1.0 if is_sharp else MONO.soft_scale
-    allowed = _tolerances(kept, tolerance) if are_two_levels else np.full(len(kept), tolerance)
+    allowed = _tolerances(kept, tolerance) if are_two_levels or is_thin else np.full(len(kept), tolerance)
     fitted = _fitted(kept, allowed, scale, watch, straight_min)
     left_out = len(outlines) - len(fitted)
-    faint_count = 0 if are_two_levels else faint_line_count(coverage)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out, faint_count)
 
 
