@@ -188,6 +188,10 @@ class SoftnessConstants:
     things_max: int = 12
     """Most things on a ground around each of which a shadow is looked for; more are taken for letters of a text."""
 
+    part_seen: float = 0.1
+    """Least share of the region around one of several things that shows the bare ground. Around buttons with a glow
+    0.24 and more does, between the letters and fields of a form 0 to 0.09."""
+
     part_unexplained: float = 0.05
     """The same as ``coarse_unexplained`` around one of several things. Shadows there leave below 0.01, the edges of
     enlarged pictures 0.06 and 0.12; to fit each takes seconds."""

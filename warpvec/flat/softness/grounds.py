@@ -69,7 +69,9 @@ class Ground:
             return
         for number in large:
             region = self.region & (owner == number)
-            yield replace(self, is_seen=self.is_seen & region, region=region, is_part=True)
+            is_seen = self.is_seen & region
+            if is_seen.sum() >= SOFTNESS.part_seen * region.sum():
+                yield replace(self, is_seen=is_seen, region=region, is_part=True)
 
 
 @dataclass(frozen=True)

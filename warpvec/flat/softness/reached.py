@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Mask
@@ -57,7 +58,16 @@ def split_parts(levels: Floats, ground: Ground, soft: Mask) -> Iterator[Ground]:
         return
     shapes, count = ndimage.label(ndimage.binary_dilation(covering[0], iterations=2), np.ones((3, 3)))
     if 1 < count <= SOFTNESS.things_max:
-        yield from ground.parts(soft, shapes)
+        yield from ground.parts(soft & _of_several(shapes, ground.things()), shapes)
+
+
+def _of_several(shapes: NDArray[np.int32], things: NDArray[np.int32]) -> Mask:
+    """Return the pixels of the ``things`` [h, w] that hold more than one of the ``shapes`` [h, w]."""
+    pairs = np.unique(np.stack([things[shapes > 0], shapes[shapes > 0]], 1), axis=0)
+    counts = np.bincount(pairs[:, 0], minlength=int(things.max()) + 1)
+    counts[0] = 0
+    several: Mask = (counts > 1)[things]
+    return several
 
 
 def _reached(smooth: Mask, start: Mask, ground: Ground) -> Mask:
