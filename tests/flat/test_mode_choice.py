@@ -139,3 +139,12 @@ def test_the_reason_counts_the_colours() -> None:
 def test_the_surroundings_of_edges_end_at_their_reach(shape: tuple[int, int]) -> None:
     mask = np.random.default_rng(0).random(shape) < 0.02
     assert (mode_choice._widened(mask, 6) == maximum_filter(mask, 13)).all()
+
+
+def test_light_drawings_on_dark_of_two_levels_are_black_and_white_art() -> None:
+    picture = Image.new("L", (SIDE, SIDE), 0)
+    ImageDraw.Draw(picture).ellipse((60, 60, 200, 170), outline=255, width=9)
+    light = np.asarray(picture.convert("RGB"), np.float32) / 255.0
+    assert choose_mode(light).mode == "mono"
+    dithered = Image.fromarray(np.tile(np.linspace(0, 160, SIDE).astype(np.uint8), (SIDE, 1))).convert("1")
+    assert choose_mode(np.asarray(dithered.convert("RGB"), np.float32) / 255.0).mode != "mono"

@@ -97,6 +97,43 @@ def test_specks_and_small_holes_are_left_out_and_counted() -> None:
     assert found.scene.structure.loop_count == 3
 
 
+LETTER = "M10,14h1v9h-1zM15,14h1v9h-1zM11,22h4v1h-4z"
+"""A letter u with strokes of one pixel."""
+
+DOTS = "M11,11h1v1h-1zM14,11h1v1h-1z"
+COMMA = "M18,22h1v2h-1z"
+
+
+def test_dots_and_commas_beside_letters_of_two_levels_are_kept() -> None:
+    tracing = mono_tracing(_picture(f'<path d="{LETTER}{DOTS}{COMMA}"/>'))
+    assert tracing.speck_count == 0
+    drawn = _drawn(tracing.scene)[..., 0]
+    for row, column in ((11, 11), (11, 14), (22, 18), (23, 18)):
+        assert drawn[row, column] < 100
+
+
+@pytest.mark.parametrize("levels", [2, 256])
+def test_dust_is_left_out_beside_letters_too(levels: int) -> None:
+    generator = np.random.default_rng(1)
+    picture = _picture(f'<path d="{LETTER}"/>' + RING)
+    clean = mono_tracing(picture if levels > 2 else np.where(picture < 128, 0, 255).astype(np.uint8))
+    is_dust = generator.random(picture.shape[:2]) < 0.006
+    dusty = np.where(is_dust[..., None], 255 - picture, picture)
+    if levels == 2:
+        dusty = np.where(dusty < 128, 0, 255).astype(np.uint8)
+    found = mono_tracing(dusty)
+    assert found.speck_count > 30
+    assert found.scene.structure.loop_count <= clean.scene.structure.loop_count + 2
+
+
+def test_lines_that_cover_no_pixel_by_half_are_drawn_or_counted() -> None:
+    picture = _picture(RING + '<path d="M4,6H90M4,90H90" stroke="#000" stroke-width=".8"/>')
+    found = mono_tracing(picture)
+    assert found.faint_count == 0
+    assert _overlap(_drawn(found.scene), picture) > 0.95
+    assert mono_tracing(picture, blur=0.5).faint_count == 2
+
+
 def test_pixels_of_exactly_the_level_that_parts_ink_and_paper_are_no_outlines() -> None:
     """Around each of them there is an outline of four equal points."""
     levels = np.random.default_rng(0).integers(240, 249, (24, 24, 1), np.uint8).repeat(3, 2)

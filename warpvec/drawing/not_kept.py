@@ -93,6 +93,11 @@ def _specks(drawing: Drawing) -> str | None:
     return f"{counted(count, 'speck')} too small to be meant" if count else None
 
 
+def _thin_lines(drawing: Drawing) -> str | None:
+    count = drawing.left_out.get("faint line", 0)
+    return f"lines thinner than a pixel, in {counted(count, 'place')}" if count else None
+
+
 def _translucency(drawing: Drawing) -> str | None:
     if drawing.left_out.get("translucent fill", 0):
         return "translucent fills (blended with what lies below)"
@@ -117,6 +122,7 @@ def _size(drawing: Drawing) -> str | None:
 
 _KINDS: dict[str, Callable[[Drawing], str | None]] = {
     "text": _text, "areas": _areas, "colors": _colors, "shades": _shades, "texture": _texture, "noise": _noise,
-    "light": _light, "specks": _specks, "translucency": _translucency, "softness": _softness, "size": _size,
+    "light": _light, "specks": _specks, "thin_lines": _thin_lines, "translucency": _translucency,
+    "softness": _softness, "size": _size,
 }  # fmt: skip
 """Name of what may be lost -> function that says so in words. People are told in this order."""

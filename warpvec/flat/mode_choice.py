@@ -17,6 +17,7 @@ from PIL import Image, ImageFilter
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.checks import counted
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
+from warpvec.flat.two_levels import has_two_levels
 from warpvec.image.spread import spread
 
 Levels = NDArray[np.int16]
@@ -56,8 +57,9 @@ class Shares(NamedTuple):
 def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     """Return the mode for ``image`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha or none.
 
-    Transparent parts are seen over white, and pictures with some are not taken for black and white art. Where the four
-    shares leave a doubt, the picture is flat art if areas of one paint explain it. One as small as an icon is no photo.
+    Transparent parts are seen over white, and pictures with some are not taken for black and white art. Light on dark
+    is such art only if it has two levels, without dither: the drawing is black, with holes. Where the four shares leave
+    a doubt, the picture is flat art if areas of one paint explain it. One as small as an icon is no photo.
 
     Args:
         image: the picture.
@@ -69,6 +71,8 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     percent = f"{100 * is_still.mean():.0f} % of the area is flat"
     if image.shape[2] == 3 and _is_black_and_white(levels, change, was_noisy):
         return ModeChoice("mono", f"dark on light, {percent}")
+    if image.shape[2] == 3 and _is_of_two_levels(image) and _is_black_and_white(255 - levels, change, was_noisy):
+        return ModeChoice("mono", f"light on dark, {percent}")
     score = flatness(shares_of(levels, change))
     if score <= 0.0 and max(image.shape[:2]) <= MODE_CHOICE.icon_side:
         return ModeChoice("flat", f"as small as an icon, {percent}")
@@ -162,6 +166,14 @@ def _color_count(levels: Levels, is_still: Mask) -> int:
 def is_gray(image: Floats32) -> bool:
     """Return whether ``image`` [h, w, 3] in [0, 1] has no colours but those that scans and JPEG give to greys."""
     return bool((255.0 * np.ptp(image[..., :3], 2) > MODE_CHOICE.grey_max).mean() <= MODE_CHOICE.colored_max)
+
+
+def _is_of_two_levels(image: Floats32) -> bool:
+    """Return whether ``image`` [h, w, 3] has two levels only, and is not dithered."""
+    grey = image.mean(2, dtype=np.float64)
+    ink = grey < 0.5
+    edge_count = int((ink[:, 1:] != ink[:, :-1]).sum() + (ink[1:] != ink[:-1]).sum())
+    return edge_count <= MODE_CHOICE.edges_max * ink.size and has_two_levels(grey)
 
 
 def _is_black_and_white(levels: Levels, change: Levels, was_noisy: bool) -> bool:

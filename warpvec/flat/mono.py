@@ -15,11 +15,15 @@ from warpvec.arrays import Floats
 from warpvec.errors import InputError
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
+from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
 from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
+from warpvec.flat.faint_lines import faint_line_count
+from warpvec.flat.ink_specks import specks_among
 from warpvec.flat.layers.fine_outlines import fine_contours_of
 from warpvec.flat.staircases import staircase_outlines
+from warpvec.flat.two_levels import has_two_levels
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.image.luma import LUMA
@@ -36,6 +40,7 @@ class MonoTracing:
         coverage: share of ink in each pixel [h, w], in [0, 1].
         is_clean: whether the coverage is that of a renderer, blurred at most: it tells where in a pixel each edge lies.
         speck_count: number of specks and of holes that were left out, because they were too small.
+        faint_count: number of lines that were left out, because they cover no pixel by half.
     """
 
     scene: Scene
@@ -43,6 +48,7 @@ class MonoTracing:
     coverage: Floats
     is_clean: bool
     speck_count: int
+    faint_count: int = 0
 
 
 def mono_tracing(
@@ -50,7 +56,7 @@ def mono_tracing(
     threshold: float | Literal["auto"] = "auto",
     *,
     tolerance: float | None = None,
-    min_area: float = MONO.area_min,
+    min_area: float | None = None,
     blur: float = 0.0,
     is_to_be_fitted: bool = False,
     watch: Watch = UNWATCHED,
@@ -63,7 +69,7 @@ def mono_tracing(
         image: [h, w, 3 or 4], uint8 or float in [0, 1].
         threshold: a level in [0, 255]; "auto" for the middle between ink and paper, which Otsu's threshold tells apart.
         tolerance: largest distance in pixels between an outline and its curves; None for one that suits the noise.
-        min_area: specks and holes of fewer square pixels are left out.
+        min_area: specks and holes of fewer square pixels are left out; None to tell specks by what lies around them.
         blur: standard deviation in pixels of the blur of the image; 0 for none that is known.
         is_to_be_fitted: whether a fit follows if the tracing is clean. Outlines of small pictures are then found on a
             finer grid.
@@ -78,7 +84,8 @@ def mono_tracing(
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
     is_clean, is_sharp, is_fine, straight_min = False, False, False, math.inf
-    if has_two_levels(coverage):
+    are_two_levels, is_thin, faint_count = has_two_levels(coverage), False, 0
+    if are_two_levels:
         straight_min = MONO.straight_min
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = staircase_outlines(coverage)
@@ -91,22 +98,48 @@ def mono_tracing(
         tolerance = max(least, noise_tolerance) if tolerance is None else tolerance
         may_be_fine = is_to_be_fitted and is_sharp and is_clean and blur == 0.0
         is_fine = may_be_fine and max(coverage.shape) <= DRAWING.fine_side
-        if is_fine:
+        faint_count = faint_line_count(coverage)
+        is_plain = noise_tolerance <= CURVES.tolerance and blur == 0.0 and coverage.size <= LETTERING.thin_line_box
+        is_thin = faint_count > 0 and is_plain
+        if is_thin:
+            outlines, faint_count = fine_contours_of(coverage), 0
+        elif is_fine:
             outlines = fine_contours_of(coverage, 0.0)
         else:
             outlines = contours_of(coverage) if is_sharp else interpolated_contours(np.pad(coverage, 1), 1)
-    by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))
-    least_area = max(min_area, MONO.point_area)
-    kept = [outline for outline in by_area[: MONO.outlines_max] if abs(signed_area(outline)) >= least_area]
-    if is_fine:
+    kept = _kept(outlines, coverage, min_area, are_two_levels)
+    if are_two_levels or is_thin:
+        scale = MONO.staircase_scale
+    elif is_fine:
         scale = DRAWING.small_scale
     elif is_clean and len(kept) <= MONO.form_loops_max:
         scale = 1.0 / max(blur, 1.0)  # corners are as round as the blur is wide, and a later fit undoes it
     else:
         scale = 1.0 if is_sharp else MONO.soft_scale
-    fitted = _fitted(kept, tolerance, scale, watch, straight_min)
+    allowed = _tolerances(kept, tolerance) if are_two_levels or is_thin else np.full(len(kept), tolerance)
+    fitted = _fitted(kept, allowed, scale, watch, straight_min)
     left_out = len(outlines) - len(fitted)
-    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out)
+    return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out, faint_count)
+
+
+def _kept(outlines: list[Floats], coverage: Floats, min_area: float | None, are_two_levels: bool) -> list[Floats]:
+    """Return the ``outlines`` [n, 2] that are no specks, the largest first; the arguments as in `mono_tracing`."""
+    by_area = sorted(outlines, key=lambda outline: -abs(signed_area(outline)))[: MONO.outlines_max]
+    areas = np.array([abs(signed_area(outline)) for outline in by_area])
+    if min_area is None:
+        is_speck = specks_among(by_area, areas, coverage > CURVES.contour_level, are_two_levels)
+    else:
+        is_speck = areas < max(min_area, MONO.point_area)
+    return [outline for outline, is_left_out in zip(by_area, is_speck, strict=True) if not is_left_out]
+
+
+def _tolerances(outlines: list[Floats], largest: float) -> Floats:
+    """Return the tolerance in pixels for each of the ``outlines`` [L]: at most the ``largest``, less for letters."""
+    steps = [np.hypot(*(outline - np.roll(outline, 1, 0)).T).sum() for outline in outlines]
+    widths = [2.0 * abs(signed_area(outline)) / length for outline, length in zip(outlines, steps, strict=True)]
+    allowed = np.clip(largest * np.array(widths) / MONO.full_width, min(MONO.thin_tolerance, largest), largest)
+    is_letter = np.array([np.ptp(outline, axis=0).max() <= MONO.letter_side for outline in outlines], bool)
+    return np.where(is_letter, allowed, largest)
 
 
 class Levels(NamedTuple):
@@ -153,14 +186,6 @@ def otsu_threshold(gray: Floats) -> float:
     return float(dark[best] + light[best]) / 2
 
 
-def has_two_levels(coverage: Floats) -> bool:
-    """Return whether almost no pixel along the edges of ``coverage`` [h, w] in [0, 1] is partly covered."""
-    ink = coverage > 0.5
-    edge_count = int((ink[:, 1:] != ink[:, :-1]).sum() + (ink[1:] != ink[:-1]).sum())
-    between = int(((coverage > MONO.between_levels) & (coverage < 1 - MONO.between_levels)).sum())
-    return between < MONO.two_level_share * edge_count
-
-
 def _gray(image: NDArray[Any]) -> Floats:
     """Return the levels [h, w] in [0, 1] of ``image`` over white, by the weights of Rec. 601."""
     values = image.astype(np.float64) / (255.0 if image.dtype == np.uint8 else 1.0)
@@ -186,14 +211,18 @@ def _noise(coverage: Floats) -> float:
     return float(1.4826 * np.median(np.abs(mixed)) / 2)
 
 
-def _fitted(outlines: list[Floats], tolerance: float, scale: float, watch: Watch, straight_min: float) -> list[Curves]:
-    """Return the curves of ``outlines``, fitted at ``scale``, or of the first of them once the ``watch`` is over."""
+def _fitted(outlines: list[Floats], tolerance: Floats, scale: float, watch: Watch, straight_min: float) -> list[Curves]:
+    """Return the curves of ``outlines`` [L] within ``tolerance`` [L] pixels, fitted at ``scale``.
+
+    Once the ``watch`` is over, they are those of the first outlines.
+    """
     fitted: list[Curves] = []
     for first in range(0, len(outlines), MONO.outlines_at_once):
         if fitted and watch.is_over():
             break
-        some = outlines[first : first + MONO.outlines_at_once]
-        fitted += fit_enlarged(some, [scale] * len(some), tolerance, straight_min=straight_min)
+        part = slice(first, first + MONO.outlines_at_once)
+        some = outlines[part]
+        fitted += fit_enlarged(some, [scale] * len(some), tolerance[part], straight_min=straight_min)
     return fitted
 
 

@@ -21,6 +21,7 @@ from warpvec.flat.softness.shadows import Shadow, find_shadows
 from warpvec.flat.softness.shapes import (
     as_one,
     casting_paths,
+    cover_of,
     find_gaps,
     joined_outlines,
     measured_again,
@@ -91,8 +92,8 @@ class SoftDrawing:
         found = [outline for outline in outlines if outline is not None]
         if self._is_time_up or len(found) < len(outlines):
             return None
-        for shadow in self._shadows:
-            sharp = self._with_gaps(sharp, shadow)
+        for shadow, outline in zip(self._shadows, found, strict=True):
+            sharp = self._with_cover(self._with_gaps(sharp, shadow), shadow, outline)
         placed = sorted(map(partial(self._placed, sharp), self._shadows, found), key=lambda each: each.below)
         free = self._fitted(_inserted(sharp, placed, [soft_copy(each.outline, each.shadow) for each in placed]))
         same = None if self._is_time_up else self._with_same_outlines(sharp, placed, free)
@@ -153,6 +154,14 @@ class SoftDrawing:
             return sharp
         return sharp.prefix(below).joined(cut_windows(shapes, is_gap, width, height))
 
+    def _with_cover(self, sharp: Scene, shadow: Shadow, outline: Scene) -> Scene:
+        """Return ``sharp`` with a path that hides the ``shadow`` where shapes of the colour of the ground cast it."""
+        cover = cover_of(outline, shadow)
+        if cover is None:
+            return sharp
+        below = paths_below(sharp, shadow, self.work.config.threads)
+        return sharp.prefix(below).joined(cover).joined(_above(sharp, below))
+
     def _with_same_outlines(self, sharp: Scene, placed: list[_Placed], free: Scene) -> Scene | None:
         """Return ``sharp`` above shadows with the outlines of its shapes; None if no paths are what casts one.
 
@@ -173,7 +182,7 @@ class SoftDrawing:
     def _casters(self, sharp: Scene, placed: _Placed) -> list[int] | None:
         """Return the paths of ``sharp``, counted above the shadow, that are just what casts it; None if none are."""
         shapes = _above(sharp, placed.below)
-        if not 0 < len(shapes) <= SOFTNESS.paths_right:
+        if not 0 < len(shapes) <= SOFTNESS.casting_max:
             return None
         return casting_paths(shapes, placed.shadow, self.work.config.threads)
 

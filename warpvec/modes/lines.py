@@ -63,7 +63,7 @@ def _drawing(request: Request, tracing: LineTracing, detail: float) -> Drawing:
         "wide_areas": tracing.wide_count,
         "pen_up": round(scale * pen_travel([line for pen in pens for line in pen]), 1),
     }
-    left_out = {"speck": tracing.speck_count}
+    left_out = {"speck": tracing.speck_count, "faint line": tracing.faint_count}
     return Drawing.of(replace(scene, generation=layer), encoding, "cpu", left_out=left_out, line_facts=facts)
 
 

@@ -36,7 +36,7 @@ class Mono:
                 request.picture.reduced,
                 "auto" if threshold == "auto" else float(threshold),
                 tolerance=None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail,
-                min_area=max(MONO.area_min, settings.min_area),
+                min_area=max(MONO.area_min, settings.min_area) if settings.min_area else None,
                 blur=request.picture.blur,
                 is_to_be_fitted=True,
                 watch=request.watch,
@@ -45,7 +45,9 @@ class Mono:
                 scene, left_out = _fitted(tracing, request, settings, detail)
             else:
                 scene, left_out = _with_forms(tracing.scene, request, settings, detail), {}
-            return finished(request, scene, detail, {"speck": tracing.speck_count} | left_out)
+            return finished(
+                request, scene, detail, {"speck": tracing.speck_count, "faint line": tracing.faint_count} | left_out
+            )
 
         with single_torch_thread(), torch.no_grad():
             return drawn(request, draw)

@@ -39,12 +39,38 @@ class SoftnessConstants:
     cards_max: int = 3
     """Most shapes of one colour inside the picture, the largest ones, on which a shadow is looked for."""
 
+    card_growth: float = 1.3
+    """Largest size of a card with the shadows that reach its edge, in its own. More is another area that it meets
+    without an edge."""
+
+    card_seen: float = 0.2
+    """Least share of a card's plateau that has its middle colour. Less is a faint gradient, such as a round face's."""
+
     bend_max: float = 2.5
     """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
     and 100 levels has 4."""
 
+    edge_bends: tuple[float, ...] = (6.0, 3.0)
+    """Second differences above which there is an edge, for what the ground reaches: the edge of a ``jump`` through the
+    middle of a pixel has half of it. The second is for faint edges, such as a white rim's on white where its shadow
+    ends."""
+
+    ring_from: float = 2.0
+    ring_to: float = 5.0
+    ring_share: float = 0.2
+    """Distances in pixels of a ring around a shape of the colour of the ground, beyond its edge, and the least share of
+    it that is soft. Around a sticker's rim about half is, as the other half is the figure; around a hole nothing is."""
+
     graded_share: float = 0.5
     """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
+
+    shaded_share: float = 0.5
+    """Share of an even area at the border below which its largest plateau may be only a band of a gradient that is
+    shaded nearly everywhere. On a flat ground the plateau is most of the area."""
+
+    shaded_unexplained: float = 0.02
+    """Largest share of the energy beside a gradient along a line that a shadow may leave of such an area. The pages
+    with a card leave 0.002 to 0.01."""
 
     graded_rounds: int = 6
     """Times that the gradient of a ground is fitted without the pixels that are off. Those in a shadow are found in the
@@ -100,10 +126,14 @@ class SoftnessConstants:
     """Error times this power of the bytes decides: half of the bytes are worth 1.5 dB. A logo's shadow of 90 bands has
     44 dB in 40 KB; as one soft path in 7 KB it needs 40.2 dB."""
 
-    paths_right: int = 12
+    paths_right: int = 200
     error_right: float = 2.0
     """Most paths of a drawing with a soft path, and its largest error (root of the mean square, in levels), for which
-    bands are not tried: they would need half of the error, or a quarter of the bytes. The logo of the tests has 1.8."""
+    bands are not tried: they would need half of the error, or a quarter of the bytes. The logo of the tests has 1.8,
+    a page of cards with 100 paths 1.5."""
+
+    casting_max: int = 40
+    """Most paths above a shadow that are asked whether they cast it: each is drawn alone."""
 
     lights_blur_min: float = 2.5
     """Least blur in pixels from which a blurred picture may be one of soft spots alone. One with less is rather a
@@ -158,6 +188,10 @@ class SoftnessConstants:
     things_max: int = 12
     """Most things on a ground around each of which a shadow is looked for; more are taken for letters of a text."""
 
+    part_seen: float = 0.1
+    """Least share of the region around one of several things that shows the bare ground. Around buttons with a glow
+    0.24 and more does, between the letters and fields of a form 0 to 0.09."""
+
     part_unexplained: float = 0.05
     """The same as ``coarse_unexplained`` around one of several things. Shadows there leave below 0.01, the edges of
     enlarged pictures 0.06 and 0.12; to fit each takes seconds."""
@@ -171,6 +205,10 @@ class SoftnessConstants:
 
     explained: float = 0.02
     """The same as ``unexplained`` for a shadow after which no other ground is tried, and no drawing of bands."""
+
+    start_unexplained: float = 0.75
+    """The same as ``unexplained`` for the best of the rough starts of a fit in the small copy: shadows leave up to 0.62
+    there, and what is none 0.7 to 0.99."""
 
     begin_unexplained: float = 0.4
     """The same as ``unexplained`` where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from

@@ -22,6 +22,7 @@ class Ink(NamedTuple):
         loop: the loop of each cubic [R].
         areas: signed area of each loop [L]; that of a hole has the other sign.
         speck_count: number of specks that were left out.
+        faint_count: number of lines that were left out, because they cover no pixel by half.
         paper: share of each pixel that is paper [h, w]: the picture as a clean scan would have it.
     """
 
@@ -29,6 +30,7 @@ class Ink(NamedTuple):
     loop: Integers
     areas: Floats
     speck_count: int
+    faint_count: int
     paper: Floats
 
 
@@ -38,4 +40,4 @@ def find_ink(image: NDArray[Any], tolerance: float | None, min_area: float, watc
     scene = tracing.scene
     control, loop = control_points(scene), segment_loops(scene)
     areas = loop_areas(control, loop, scene.structure.loop_count) if len(control) else np.zeros(0)
-    return Ink(control, loop, areas, tracing.speck_count, 1.0 - tracing.coverage)
+    return Ink(control, loop, areas, tracing.speck_count, tracing.faint_count, 1.0 - tracing.coverage)

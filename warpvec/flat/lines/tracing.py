@@ -41,11 +41,13 @@ class LineTracing:
         lines: in pixels.
         speck_count: number of specks that were left out.
         wide_count: number of areas that are wider than a line, and are drawn by lines along their edges.
+        faint_count: number of lines that were left out, because they cover no pixel by half.
     """
 
     lines: list[DrawnLine]
     speck_count: int
     wide_count: int = 0
+    faint_count: int = 0
 
 
 def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | None, watch: Watch) -> LineTracing:
@@ -64,7 +66,7 @@ def trace_lines(image: NDArray[Any], settings: FitConfig, tolerance: float | Non
     if not lines:
         return LineTracing([], ink.speck_count, wide.number)
     fitted = _fitted(lines, without(ink.paper, wide.hidden), settings, watch)
-    return LineTracing(fitted, ink.speck_count, wide.number)
+    return LineTracing(fitted, ink.speck_count, wide.number, ink.faint_count)
 
 
 def _lines_of(ink: Ink) -> tuple[list[DrawnLine], WideAreas]:

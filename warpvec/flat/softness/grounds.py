@@ -17,6 +17,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.flat.softness.shaded_grounds import fit_shaded_ground
 from warpvec.image.spread import largest_channel, spread
 
 
@@ -47,21 +48,30 @@ class Ground:
         """How far its colour is from the middle one [h, w, C]; None if it has one colour."""
         return None if self.is_flat else self.below - self.color
 
-    def parts(self) -> Iterator[Ground]:
-        """Yield the ground around each of the things that lie on it, the largest first; none if it is only one thing.
+    def things(self) -> NDArray[np.int32]:
+        """Return the number of the thing that lies on it at each pixel [h, w], with its shadow; 0 for none."""
+        return ndimage.label(self.region & ~self.is_seen, np.ones((3, 3)))[0].astype(np.int32)
 
-        Each may have a shadow of its own. The parts meet halfway between the things.
+    def parts(self, soft: Mask, things: NDArray[np.int32]) -> Iterator[Ground]:
+        """Yield the ground around each of the ``things`` [h, w] with a ``soft`` zone [h, w], the largest first.
+
+        Each may have a shadow of its own. The parts meet halfway between the things. There are none if it is only one
+        thing.
         """
-        things, count = ndimage.label(self.region & ~self.is_seen, np.ones((3, 3)))
-        sizes = np.bincount(things.ravel(), minlength=count + 1)[1:]
-        large = [k + 1 for k in np.argsort(-sizes, kind="stable") if sizes[k] >= SOFTNESS.zone_area]
-        if not 1 < len(large) <= SOFTNESS.things_max:
+        count = int(things.max())
+        if count < 2:
             return
         nearest = ndimage.distance_transform_edt(things == 0, return_distances=False, return_indices=True)
         owner = things[tuple(nearest)]
+        sizes, soft_sizes = (np.bincount(owner[each], minlength=count + 1)[1:] for each in (things > 0, soft))
+        large = [k + 1 for k in np.argsort(-sizes, kind="stable") if soft_sizes[k] >= SOFTNESS.zone_area]
+        if len(large) > SOFTNESS.things_max:
+            return
         for number in large:
             region = self.region & (owner == number)
-            yield replace(self, is_seen=self.is_seen & region, region=region, is_part=True)
+            is_seen = self.is_seen & region
+            if is_seen.sum() >= SOFTNESS.part_seen * region.sum():
+                yield replace(self, is_seen=is_seen, region=region, is_part=True)
 
 
 @dataclass(frozen=True)
@@ -96,8 +106,9 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
     inside, if it has a gradient, and the cards inside.
     """
     everywhere = np.ones(plateaus.shape, np.bool_)
-    graded = [] if levels.shape[2] > 3 else _graded_grounds(levels)  # on a transparent one there is nothing more
     outer, outer_size = _largest(plateaus, count, at_border=True)
+    # On a transparent one there is nothing more.
+    graded = [] if levels.shape[2] > 3 else _graded_grounds(levels, outer_size)
     if outer_size >= SOFTNESS.ground_share * plateaus.size:
         area = plateaus == outer
         if not any(each.is_seen[area].mean() > SOFTNESS.own_share for each in graded):  # or it is a band of a gradient
@@ -108,16 +119,39 @@ def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Ite
     yield from find_cards(levels, plateaus, count, SOFTNESS.plate_share)
 
 
-def _graded_grounds(levels: Floats) -> list[Ground]:
-    """Return the largest even areas at the border of a picture and inside, if they have a gradient along a line."""
+def _graded_grounds(levels: Floats, outer_size: int) -> list[Ground]:
+    """Return the largest even areas at the border of a picture and inside, if they have a gradient along a line.
+
+    The largest plateau at the border has an ``outer_size`` in pixels.
+    """
     found = []
     even, count = _even_areas(levels)
     for at_border in (True, False):
         number, size = _largest(even, count, at_border)
+        ground = None
         if size >= SOFTNESS.plate_share * even.size:
             area = even == number
-            found.append(_graded(levels, area, np.ones_like(area) if at_border else with_filled_holes(area)))
+            ground = _graded(levels, area, np.ones_like(area) if at_border else with_filled_holes(area))
+        found.append(_shaded(levels, outer_size) if ground is None and at_border else ground)
     return [ground for ground in found if ground is not None]
+
+
+def _shaded(levels: Floats, outer_size: int) -> Ground | None:
+    """Return the ground at the border of a picture with a gradient that is shaded nearly everywhere; None without one.
+
+    Its largest plateau, of an ``outer_size`` in pixels, is but a small part of it.
+    """
+    even, count = _even_areas(levels, SOFTNESS.edge_bends[0])
+    number, size = _largest(even, count, at_border=True)
+    if size < SOFTNESS.plate_share * even.size or outer_size >= SOFTNESS.shaded_share * size:
+        return None
+    area = even == number
+    region = with_filled_holes(area)
+    below = fit_shaded_ground(levels, area, ndimage.binary_erosion(region & ~area, iterations=2))
+    if below is None:
+        return None
+    is_seen = region & (largest_channel(np.abs(levels - below)) <= SOFTNESS.alike)
+    return Ground(np.median(below[area], axis=0), below, False, area, is_seen, region) if is_seen.any() else None
 
 
 def find_cards(
@@ -125,16 +159,32 @@ def find_cards(
 ) -> Iterator[Ground]:
     """Yield the largest plateaus inside a picture that have at least a share of it.
 
-    A shadow that reaches the edge of its card is not found.
+    A shadow on a card may reach its edge.
     """
     left = plateaus.copy()
+    bent = bends(levels)
     for _ in range(SOFTNESS.cards_max):
         inner, size = _largest(left, count, at_border=False)
         if size < least_share * plateaus.size:
             return
         area = plateaus == inner
-        yield _flat(levels, area, with_filled_holes(area))
         left[area] = 0
+        ground = _flat(levels, area, _card_region(area, bent))
+        if ground.is_seen[area].mean() >= SOFTNESS.card_seen:
+            yield ground
+
+
+def _card_region(area: Mask, bent: Floats) -> Mask:
+    """Return what an ``area`` [h, w] encloses [h, w], with a shadow that reaches its edge.
+
+    Where the second differences ``bent`` [h, w] are small there is no edge. A shadow is little beside its card.
+    """
+    own = with_filled_holes(area)
+    for bend_max in SOFTNESS.edge_bends:
+        reached = with_filled_holes(ndimage.binary_propagation(area, mask=(bent <= bend_max) | area))
+        if reached.sum() <= SOFTNESS.card_growth * own.sum():
+            return reached
+    return own
 
 
 def find_parts(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Parts:
@@ -156,15 +206,21 @@ def find_parts(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Parts
     return Parts(parts, count, number)
 
 
+def bends(levels: Floats) -> Floats:
+    """Return the largest second difference of neighbours in a row or a column [h, w], for ``levels`` [h, w, C]."""
+    along = (np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")) for axis in (0, 1))
+    largest: Floats = np.maximum(*map(largest_channel, along))
+    return largest
+
+
 def _labels(mask: Mask) -> tuple[NDArray[np.int32], int]:
     labels, count = ndimage.label(mask)
     return labels.astype(np.int32), int(count)
 
 
-def _even_areas(levels: Floats) -> tuple[NDArray[np.int32], int]:
+def _even_areas(levels: Floats, bend_max: float = SOFTNESS.bend_max) -> tuple[NDArray[np.int32], int]:
     """Return the number of the even area of each pixel [h, w], from 1 on, 0 for none, and how many there are."""
-    bends = (np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")) for axis in (0, 1))
-    is_even = (np.maximum(*map(largest_channel, bends)) <= SOFTNESS.bend_max) & (spread(levels) <= SOFTNESS.jump)
+    is_even = (bends(levels) <= bend_max) & (spread(levels) <= SOFTNESS.jump)
     return _labels(ndimage.binary_erosion(is_even, border_value=1))
 
 

@@ -141,8 +141,8 @@ def _fit(zone: Zone, mask: Floats, begin: tuple[float, float, float] | None) -> 
     Args:
         zone: what is seen of it.
         mask: coverage of the casters [h, w].
-        begin: an offset and a standard deviation that are nearly right; None to look for these. If they explain
-            hardly more than nothing, no shadow is returned.
+        begin: an offset and a standard deviation that are nearly right; None to look for these. If what the fit begins
+            with explains hardly more than nothing, no shadow is returned.
     """
     from scipy.optimize import least_squares  # pictures without a shadow need not load it
 
@@ -158,7 +158,7 @@ def _fit(zone: Zone, mask: Floats, begin: tuple[float, float, float] | None) -> 
 
     starts = _starts(zone, mask) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
     losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
-    if begin is not None and losses[0] > SOFTNESS.begin_unexplained * energy:
+    if min(losses) > (SOFTNESS.start_unexplained if begin is None else SOFTNESS.begin_unexplained) * energy:
         return None
     best, most = np.array(starts[int(np.argmin(losses))]), SOFTNESS.offset_max
     bounds = ([-most, -most, np.log(0.25)], [most, most, np.log(SOFTNESS.sigma_max)])
@@ -174,5 +174,9 @@ def _starts(zone: Zone, mask: Floats) -> list[tuple[float, float, float]]:
     weight = np.abs(zone.change).sum(2) * zone.is_seen
     y, x = np.indices(mask.shape)
     lean = [float((weight * axis).sum() / weight.sum() - (mask * axis).sum() / mask.sum()) for axis in (x, y)]
-    places = ((0.0, 0.0), (0.5 * lean[0], 0.5 * lean[1]))
+    return rough_starts(((0.0, 0.0), (0.5 * lean[0], 0.5 * lean[1])))
+
+
+def rough_starts(places: tuple[tuple[float, float], ...]) -> list[tuple[float, float, float]]:
+    """Return each of some offsets with the logarithm of each standard deviation to begin with."""
     return [(dx, dy, float(np.log(sigma))) for sigma in _SIGMAS for dx, dy in places]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from itertools import chain
 
 import numpy as np
@@ -20,6 +21,7 @@ from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.casters import coverage_of, find_cast_shadow, find_casters, share_of
 from warpvec.flat.softness.grounds import Ground, Parts, find_cards, find_grounds, find_parts, find_plateaus
+from warpvec.flat.softness.reached import find_covering, soft_zone, split_parts
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone
 from warpvec.flat.softness.spots import find_spot
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
@@ -76,28 +78,35 @@ def find_shadows(image: Floats32, is_time_up: Callable[[], bool] = _never) -> li
     Arguments as for `find_shadow`.
     """
     found: list[Shadow] = []
+    without = set[bytes]()
     while len(found) < SOFTNESS.shadows_max:
-        shadow = find_shadow(found[-1].clean if found else image, is_time_up)
+        shadow = find_shadow(found[-1].clean if found else image, is_time_up, without)
         if shadow is None:
             break
         found.append(shadow)
     return found
 
 
-def find_shadow(image: Floats32, is_time_up: Callable[[], bool] = _never) -> Shadow | None:
+def find_shadow(
+    image: Floats32, is_time_up: Callable[[], bool] = _never, without: set[bytes] | None = None
+) -> Shadow | None:
     """Return the shadow of a picture; None without one, or if the time is up before one is found.
 
     Args:
         image: [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha.
         is_time_up: whether the search is to end.
+        without: hashes of grounds on which no shadow was found before; more are added.
     """
+    without = set() if without is None else without
     if not is_transparent(image):
-        return _best_shadow(image, find_grounds, is_time_up)
-    found = _best_shadow(image, find_grounds, is_time_up) if _has_soft_alpha(image[..., 3]) else None
-    return found or _on_opaque_card(image, is_time_up)
+        return _best_shadow(image, find_grounds, is_time_up, without)
+    found = _best_shadow(image, find_grounds, is_time_up, without) if _has_soft_alpha(image[..., 3]) else None
+    return found or _on_opaque_card(image, is_time_up, without)
 
 
-def _best_shadow(image: Floats32, find: _FindGrounds, is_time_up: Callable[[], bool]) -> Shadow | None:
+def _best_shadow(
+    image: Floats32, find: _FindGrounds, is_time_up: Callable[[], bool], without: set[bytes]
+) -> Shadow | None:
     """Return the shadow of a picture on one of the grounds that ``find`` finds; None without one."""
     levels = 255.0 * channels_of(image)
     plateaus, count = find_plateaus(levels)
@@ -106,10 +115,10 @@ def _best_shadow(image: Floats32, find: _FindGrounds, is_time_up: Callable[[], b
     parts = find_parts(levels, plateaus, count)
     best = None
     for ground in find(levels, plateaus, count):
-        for part in chain([ground], ground.parts()):
+        for part in _with_parts(levels, ground):
             if is_time_up():
                 return best
-            found = _found_on(part, levels, parts, is_time_up)
+            found = _found_on(part, levels, parts, is_time_up, without)
             if found is not None and (best is None or found.look.unexplained < best.look.unexplained):
                 best = found
             if best is not None and best.look.unexplained <= SOFTNESS.explained:
@@ -117,7 +126,17 @@ def _best_shadow(image: Floats32, find: _FindGrounds, is_time_up: Callable[[], b
     return best
 
 
-def _on_opaque_card(image: Floats32, is_time_up: Callable[[], bool]) -> Shadow | None:
+def _with_parts(levels: Floats, ground: Ground) -> Iterator[Ground]:
+    """Yield a ``ground``, its parts around each thing, and those around each shape; none without a soft zone."""
+    soft = soft_zone(levels, ground)
+    if soft.sum() < SOFTNESS.zone_area:
+        return
+    yield ground
+    yield from ground.parts(soft, ground.things())
+    yield from split_parts(levels, ground, soft)
+
+
+def _on_opaque_card(image: Floats32, is_time_up: Callable[[], bool], without: set[bytes]) -> Shadow | None:
     """Return the shadow on an opaque shape of a transparent picture ``image`` [h, w, 4]; None without one."""
     is_opaque = image[..., 3] == 1.0
 
@@ -126,26 +145,84 @@ def _on_opaque_card(image: Floats32, is_time_up: Callable[[], bool]) -> Shadow |
 
     if is_opaque.mean() < SOFTNESS.plate_share:
         return None
-    found = _best_shadow(image[..., :3] * image[..., 3:], cards, is_time_up)
+    found = _best_shadow(image[..., :3] * image[..., 3:], cards, is_time_up, without)
     if found is None:
         return None
     clean = np.where(found.ground.region[..., None], np.dstack([found.clean, image[..., 3]]), image)
     return replace(found, clean=clean.astype(np.float32))
 
 
-def _found_on(ground: Ground, levels: Floats, parts: Parts, is_time_up: Callable[[], bool]) -> Shadow | None:
-    """Return the shadow or the soft spot on a ``ground``; None without one. Arguments as for `find_casters`."""
-    casters = find_casters(levels, parts, ground, is_time_up)
-    cast = None
-    if casters is not None and parts.seen <= SOFTNESS.plateaus_max:
-        cast = find_cast_shadow(levels, parts, ground, casters, is_time_up)
-    is_cast = cast is not None and _is_soft(ground, cast[2])
-    found = cast if is_cast or is_time_up() else _spot(levels, ground, casters)
-    if found is None or not _is_soft(ground, found[2]):
+def _found_on(
+    ground: Ground, levels: Floats, parts: Parts, is_time_up: Callable[[], bool], without: set[bytes]
+) -> Shadow | None:
+    """Return the shadow or the soft spot on a ``ground``; None without one. Arguments as for `find_casters`.
+
+    Grounds that are just as those ``without`` are not searched again.
+    """
+    key = _key(ground, levels)
+    if key in without:
         return None
+    light = _light_on(ground, levels, parts, is_time_up)
+    if light is None:
+        without.add(key)
+        return None
+    ground, found, is_cast = light
     clean = np.clip(_unshaded(levels, parts, ground, *found), 0.0, 255.0) / 255.0
     cleaned: Floats32 = (from_mattes(clean) if clean.shape[2] > 3 else clean).astype(np.float32)
     return Shadow(found[1], ground, found[2], is_cast, cleaned)
+
+
+def _key(ground: Ground, levels: Floats) -> bytes:
+    """Return a hash of a ``ground`` and of all that the picture shows in its region."""
+    return sha256(b"".join(map(np.ndarray.tobytes, (ground.region, ground.is_seen, levels[ground.region])))).digest()
+
+
+def _light_on(
+    ground: Ground, levels: Floats, parts: Parts, is_time_up: Callable[[], bool]
+) -> tuple[Ground, tuple[Mask, Floats, FoundShadow], bool] | None:
+    """Return a ``ground`` as it is seen, the shadow or the spot on it, and whether shapes cast it; None without one.
+
+    Of the light is returned what lies above it [h, w], the coverage of what casts it [h, w], and its fit. Arguments as
+    for `find_casters`.
+    """
+    casters = find_casters(levels, parts, ground, is_time_up)
+    for seen, mask in _above_light(ground, levels, casters):
+        if is_time_up():
+            return None
+        if mask is None:
+            found = _spot(levels, seen, casters)
+        else:
+            is_few = parts.seen <= SOFTNESS.plateaus_max
+            found = find_cast_shadow(levels, parts, seen, mask, is_time_up) if is_few else None
+        if found is not None and _is_soft(seen, found[2]):
+            return seen, found, mask is not None
+    return None
+
+
+def _above_light(ground: Ground, levels: Floats, casters: Mask | None) -> Iterator[tuple[Ground, Mask | None]]:
+    """Yield a ``ground`` as it is seen beside what may cast a shadow, and that [h, w]; None stands for a soft spot.
+
+    The likeliest is first. On a transparent picture that is all that is opaque. Elsewhere what the ground does not
+    reach is last: it does not reach the steep middle of a spot either.
+    """
+    is_opaque = levels.shape[2] == 3
+    bend_max = SOFTNESS.edge_bends if is_opaque else SOFTNESS.edge_bends[:1]
+    found = (find_covering(levels, ground, each) for each in bend_max)
+    covering = ((each[1], each[0]) for each in found if each is not None)
+    sharp = [] if casters is None else [(ground, casters)]
+    tried: list[Mask] = []
+    for seen, mask in chain(sharp, [(ground, None)], covering) if is_opaque else chain(covering, sharp):
+        if mask is None or not any(_are_alike(mask, other) for other in tried):
+            tried += [] if mask is None else [mask]
+            yield seen, mask
+    if not is_opaque:
+        yield ground, None
+
+
+def _are_alike(mask: Mask, other: Mask) -> bool:
+    """Return whether two masks [h, w] differ only at their edges."""
+    beyond = (one & ~ndimage.binary_dilation(two, iterations=3) for one, two in ((mask, other), (other, mask)))
+    return bool(sum(int(each.sum()) for each in beyond) < SOFTNESS.zone_area)
 
 
 def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, Floats, FoundShadow] | None:
@@ -184,8 +261,11 @@ def _unshaded(levels: Floats, parts: Parts, ground: Ground, casters: Mask, cast:
     shade = found.shade_of(cast, ground.deviation)
     covered = np.where(ground.region, coverage_of(levels, casters, near, ground.below + shade), 1.0)
     # Nothing else is on the ground, or it is no part of the shadow and stays.
-    clean = levels - (1.0 - covered[..., None]) * shade
-    edge = near & ~casters & ground.region
+    clean = np.where((near & ~casters)[..., None], levels, levels - (1.0 - covered[..., None]) * shade)
+    # Those inside the shapes, such as those of letters on a card, are mixed of other colours.
+    is_shade = largest_channel(np.abs(levels - ground.below - shade)) <= SOFTNESS.jump
+    beside = (ground.region & ~near) | ndimage.binary_opening(is_shade & ~casters, np.ones((2, 2)))
+    edge = near & ~casters & ground.region & ndimage.binary_dilation(beside, iterations=3)
     clean[edge] = _mixed_again(levels, ground.below, shade, casters & (parts.number > 0), edge)
     # Two shadows that overlap are a little less than the shadow of both shapes together.
     alike = 3.0 * SOFTNESS.alike + SOFTNESS.overlapping * largest_channel(np.abs(shade))

@@ -48,6 +48,23 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
     return is_gap
 
 
+def cover_of(outline: Scene, shadow: Shadow) -> Scene | None:
+    """Return the ``outline`` of what casts ``shadow`` as a path in the colour of the ground; None if none is needed.
+
+    A shape of that colour cannot be told from the ground in the picture without the shadow, such as a white card on a
+    white page. Yet it hides the shadow below it.
+    """
+    ground = shadow.ground
+    if len(ground.color) > 3 or not ground.is_flat:
+        return None
+    apart = largest_channel(np.abs(255.0 * shadow.clean[..., :3] - ground.color))
+    is_alike = (shadow.casters > 0.5) & (apart <= 3.0 * SOFTNESS.alike)
+    if ndimage.binary_erosion(is_alike).sum() < SOFTNESS.zone_area:
+        return None
+    color = torch.from_numpy(ground.color / 255.0).float()[None]
+    return replace(outline, color=color, opacity=torch.ones(1), gradients=None, softness=None)
+
+
 def casting_paths(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
     """Return the outermost paths of ``shapes`` that together are what casts ``shadow``; None if no paths are just that.
 
