@@ -48,9 +48,11 @@ class SoftDrawing:
 
     Attributes:
         hard: the same without looking for one.
+        shadows_max: most shadows that are drawn, those that were found first.
     """
 
     hard: FlatDrawing
+    shadows_max: int = SOFTNESS.shadows_max
 
     @cached_property
     def work(self) -> FlatDrawing:
@@ -73,7 +75,18 @@ class SoftDrawing:
         is_sure = bool(sure) and all(sure)
         if soft is not None and (self._is_all_soft or (is_sure and self._is_right(soft[0]))):
             return soft
-        return self._better(soft, self.hard.draw(detail))
+        hard = self.hard.draw(detail)
+        best = self._better(soft, hard)
+        return best if best is soft else self._with_fewer_shadows(detail, hard)
+
+    def _with_fewer_shadows(self, detail: float, hard: tuple[Scene, dict[str, int]]) -> tuple[Scene, dict[str, int]]:
+        """Return the drawing with the first shadows that are explained well, if it is better than ``hard``.
+
+        Two shadows of one card are taken for one, which is poor enough to spoil the outlines of the card.
+        """
+        is_poor = [shadow.look.unexplained > SOFTNESS.well_explained for shadow in self._shadows]
+        count = is_poor.index(True) if any(is_poor) else 0
+        return self._better(replace(self, shadows_max=count)._soft(detail), hard) if count else hard
 
     def _better(
         self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]
@@ -123,7 +136,7 @@ class SoftDrawing:
 
     @cached_property
     def _shadows(self) -> list[Shadow]:
-        return find_shadows(self.work.image.numpy(), lambda: self._is_time_up)
+        return find_shadows(self.work.image.numpy(), lambda: self._is_time_up)[: self.shadows_max]
 
     @cached_property
     def _clean(self) -> FlatDrawing:
