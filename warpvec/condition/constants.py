@@ -76,13 +76,13 @@ class ConditionConstants:
     are clean, leave up to 0.8 and 1.7, and others, JPEG of 60 among them, up to 0.95. Of 107 drawings at 512 and at
     200 px, none counts as enlarged; those with edges on a grid leave 1.04 to 5.9 with what was cut off."""
 
+    nearest_rest_max: float = 4.5
+    """Most levels that an enlargement by whole pixels leaves unexplained of a picture that is not clean, at whose edges
+    JPEG rings. Pixel art that was enlarged 4 to 12 times leaves 0.2 to 4.2 at quality 75, and up to 6 at 50. An icon of
+    rounded rectangles on a grid leaves 6 and more at 50."""
+
     dip_levels: float = 0.3
     """Levels that rounding leaves unexplained; they are added to what is compared with."""
-
-    nearest_rest_max: float = 4.5
-    """The same of whole pixels that are not clean, whose edges JPEG rings at: pixel art that was enlarged 4 to 12 times
-    leaves 0.2 to 4.2 levels at quality 75 and up to 6 at 50. An icon of rounded rectangles on a grid leaves 6 and more
-    at 50."""
 
     dip_max: float = 0.8
     nearest_dip_max: float = 0.35
@@ -285,7 +285,7 @@ class ConditionConstants:
     """Largest change of a pixel's level when a block is rounded to its own steps again: half a level when it was
     decoded, and half when brightness and colours became red, green and blue."""
 
-    jpeg_rounds: int = 3
+    jpeg_cut_rounds: int = 3
     """Times that a block is rounded, each with the pixels that were cut off as the last one decoded them."""
 
     jpeg_bits_min: float = 12.0

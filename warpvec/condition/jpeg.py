@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +49,11 @@ class Jpeg:
     quality: int
     is_subsampled: bool
 
+    side_max: ClassVar[int] = 65500
+    """Longest side in pixels that libjpeg writes."""
+
     def saved(self, levels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return ``levels`` [h, w, 3] as they come back from such a JPEG."""
+        """Return ``levels`` [h, w, 3], of at most ``side_max`` pixels a side, as they come back from such a JPEG."""
         file = io.BytesIO()
         Image.fromarray(levels).save(file, "JPEG", quality=self.quality, subsampling=2 if self.is_subsampled else 0)
         return np.asarray(Image.open(file))
@@ -117,7 +120,7 @@ def _witnesses(blocks: _Blocks, steps: Floats) -> Floats:
     from scipy.fft import dctn, idctn  # a tenth of a second, which clean pictures need not
 
     values = blocks.values
-    for _ in range(CONDITION.jpeg_rounds):
+    for _ in range(CONDITION.jpeg_cut_rounds):
         multiples = np.rint(dctn(values, axes=(1, 2), norm="ortho") / steps)
         decoded = idctn(multiples * steps, axes=(1, 2), norm="ortho")
         values = np.where(blocks.is_cut, decoded, blocks.values)

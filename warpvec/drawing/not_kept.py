@@ -63,16 +63,17 @@ def _shades(drawing: Drawing) -> str | None:
         return None
     soft_count = drawing.scene.soft_count
     but = f", but for {counted(soft_count, 'soft path')}" if soft_count else ""
-    return f"smooth shades, where it has any (drawn in steps of one colour each{but})"
+    return f"smooth shades, if there are any (drawn in steps of one colour each{but})"
 
 
 def _texture(drawing: Drawing) -> str | None:
     settings = drawing.encoding.settings
     if settings.mode not in ("photo", "flat") or settings.paper != "auto" or _colors(drawing):
         return None
-    if drawing.psnr_as_fitted >= TEXTURE_PSNR:
-        return None
     is_photo = settings.mode == "photo"
+    was_jpeg = drawing.condition is not None and drawing.condition.jpeg is not None
+    if drawing.psnr_as_fitted >= TEXTURE_PSNR or (was_jpeg and not is_photo):  # a JPEG has ringing that is not meant
+        return None
     return "fine texture (drawn as smooth areas)" if is_photo else "some fine detail (drawn as plain areas)"
 
 

@@ -177,9 +177,10 @@ class FlatDrawing:
         watch = self.watch.ahead(DRAWING.share_after_tracing)
         if self.unexplained_max is not None:
             require_explained_parts(image, self.unexplained_max, watch)
-        found = find_regions(image, self.config.min_area, watch, may_refuse)
+        is_jpeg = self.rounding is not None
+        found = find_regions(image, self.config.min_area, watch, may_refuse, is_jpeg=is_jpeg)
         if self.unexplained_max is not None:
-            require_explained(found, image, self.unexplained_max, is_jpeg=self.rounding is not None)
+            require_explained(found, image, self.unexplained_max, is_jpeg=is_jpeg)
             require_few_edges(found)
             if self.rounding is None:
                 require_plain_areas(found, image)

@@ -102,7 +102,8 @@ def mono_tracing(
         is_plain = noise_tolerance <= CURVES.tolerance and blur == 0.0 and coverage.size <= LETTERING.thin_line_box
         is_thin = faint_count > 0 and is_plain
         if is_thin:
-            outlines, faint_count = fine_contours_of(coverage), 0
+            outlines = fine_contours_of(coverage)
+            faint_count = max(0, faint_count - len(outlines))
         elif is_fine:
             outlines = fine_contours_of(coverage, 0.0)
         else:

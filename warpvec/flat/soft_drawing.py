@@ -7,6 +7,7 @@ outline of its mask, all are fitted to the picture, and the drawing competes wit
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -48,11 +49,11 @@ class SoftDrawing:
 
     Attributes:
         hard: the same without looking for one.
-        shadows_max: most shadows that are drawn, those that were found first.
+        known: the shadows to draw; None to look for them.
     """
 
     hard: FlatDrawing
-    shadows_max: int = SOFTNESS.shadows_max
+    known: tuple[Shadow, ...] | None = None
 
     @cached_property
     def work(self) -> FlatDrawing:
@@ -86,7 +87,7 @@ class SoftDrawing:
         """
         is_poor = [shadow.look.unexplained > SOFTNESS.well_explained for shadow in self._shadows]
         count = is_poor.index(True) if any(is_poor) else 0
-        return self._better(replace(self, shadows_max=count)._soft(detail), hard) if count else hard
+        return self._better(replace(self, known=tuple(self._shadows[:count]))._soft(detail), hard) if count else hard
 
     def _better(
         self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]
@@ -135,8 +136,8 @@ class SoftDrawing:
         return float(np.ptp(self._shadows[-1].clean, (0, 1)).max()) <= SOFTNESS.clean_max
 
     @cached_property
-    def _shadows(self) -> list[Shadow]:
-        return find_shadows(self.work.image.numpy(), lambda: self._is_time_up)[: self.shadows_max]
+    def _shadows(self) -> Sequence[Shadow]:
+        return find_shadows(self.work.image.numpy(), lambda: self._is_time_up) if self.known is None else self.known
 
     @cached_property
     def _clean(self) -> FlatDrawing:

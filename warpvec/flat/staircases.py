@@ -26,7 +26,7 @@ def staircase_outlines(coverage: Floats) -> list[Floats]:
     around = is_square[:-1, :-1] | is_square[:-1, 1:] | is_square[1:, :-1] | is_square[1:, 1:]
     field = np.where(around, coverage, ndimage.gaussian_filter(coverage, MONO.staircase_blur))
     field += _joining(field, coverage > 0.5)
-    for _ in range(MONO.ink_rounds):
+    for _ in range(MONO.ink_rounds if coverage.size <= MONO.ink_pixels_max else 0):
         field += _missing_ink(field, coverage)
     return [_with_corners(outline, is_square) for outline in interpolated_contours(np.pad(field, 1), 1)]
 

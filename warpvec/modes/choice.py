@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from warpvec.arrays import Mask
+from warpvec.condition.jpeg import Jpeg
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
@@ -260,7 +261,7 @@ def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None)
     if not is_free or drawing.psnr_as_fitted >= FLAT_PSNR_MIN:
         return False
     pixels = request.picture.pixels
-    if condition is None or condition.jpeg is None or is_transparent(pixels):
+    if condition is None or condition.jpeg is None or is_transparent(pixels) or max(pixels.shape) > Jpeg.side_max:
         return True
     return psnr(condition.jpeg.saved(draw_like(drawing.text, pixels)), pixels) < FLAT_PSNR_MIN
 

@@ -102,18 +102,20 @@ def drawn(request: Request, draw: Callable[[float], Drawing]) -> Drawing:
 def rounding_of(request: Request, condition: Condition | None) -> Rounding | None:
     """Return how the copy of the picture was rounded by JPEG, by itself or enlarged; None if it was not.
 
-    In a copy that was reduced to the size of a fit, or without its noise, the rounding cannot be told any more.
+    In a copy that was reduced to the size of a fit, or without its noise, the rounding cannot be told any more. In that
+    of a very large picture, that takes too long.
     """
     if condition is None or condition.jpeg is None or request.picture.is_transparent:
         return None
     picture, enlargement = request.picture, condition.enlargement
-    rounding = JpegRounding(np.float32(255.0) * picture.pixels, condition.jpeg)
     if picture.reduced is picture.pixels:
-        return rounding
-    if enlargement is None or any(condition.noise):
+        return JpegRounding(np.float32(255.0) * picture.pixels, condition.jpeg)
+    is_small = picture.width * picture.height <= DRAWING.rounded_pixels_max
+    if enlargement is None or any(condition.noise) or not is_small:
         return None
-    is_whole = picture.reduced_size == (enlargement.height, enlargement.width)
-    return EnlargedRounding(rounding, enlargement) if is_whole else None
+    if picture.reduced_size != (enlargement.height, enlargement.width):
+        return None
+    return EnlargedRounding(JpegRounding(np.float32(255.0) * picture.pixels, condition.jpeg), enlargement)
 
 
 def _jpeg_of(work: FlatDrawing) -> Jpeg | None:

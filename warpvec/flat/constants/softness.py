@@ -19,6 +19,10 @@ class SoftnessConstants:
     """Pixels, with those of the edge, below which a shape or a hole in what casts a shadow is none: a plateau with its
     edge has 25."""
 
+    hole_shade: float = 0.5
+    """Least share of the pixels of a hole in what casts a shadow that shows the shadow: those of an "e" of 10 px on a
+    card, of which some have its colour by chance, have 0.1."""
+
     jump: float = 12.0
     """Least difference in levels across the edge of a shape that casts a shadow. The bands of a shadow of one level
     each differ by one or two."""
@@ -118,6 +122,10 @@ class SoftnessConstants:
     offset_max: float = 80.0
     """Largest offset that is looked for: designers move shadows by less than four standard deviations."""
 
+    room: float = 9.0
+    """Least area of a ground over the square of the sigma of a shadow on it. The shadow of a card has 400 and more, and
+    that of a button on its card 380. The sky between two houses is explained by a sigma of 27 px on 821 pixels."""
+
     unexplained: float = 0.12
     """Share of the energy of a soft zone that a shadow may leave unexplained. Shadows that were drawn leave below
     0.02, gradients beside a shape 0.3 and more."""
@@ -184,6 +192,10 @@ class SoftnessConstants:
 
     shadows_max: int = 6
     """Most shadows of a picture, each with a look of its own."""
+
+    part_share: float = 0.01
+    """Least share of the picture around one of several things. A button on its card has 0.07; the sky between houses of
+    an emoji has 0.003 to 0.006, and each part costs seconds."""
 
     things_max: int = 12
     """Most things on a ground around each of which a shadow is looked for; more are taken for letters of a text."""

@@ -45,9 +45,12 @@ class Tolerances:
         return self.metric * weights
 
 
-def measure_tolerances(picture: Floats32, noise_min: float = 0.0) -> Tolerances:
-    """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA with a noise of at least ``noise_min``."""
-    noise = min(max(measure_noise(picture), noise_min), REGIONS.noise_max)
+def measure_tolerances(picture: Floats32, noise_min: float = 0.0, may_be_shaded: bool = True) -> Tolerances:
+    """Return the tolerances for a picture [h, w, 4] of premultiplied RGBA with a noise of at least ``noise_min``.
+
+    Shading that bends is no noise if it ``may_be_shaded``: slow ringing of a JPEG bends as much.
+    """
+    noise = min(max(measure_noise(picture, may_be_shaded), noise_min), REGIONS.noise_max)
     metric = luma_and_color() if noise else np.eye(4, dtype=np.float32)
 
     def tolerance(clean: float, noisy: float, factor: float) -> float:
@@ -68,8 +71,11 @@ def luma_and_color() -> Floats32:
     return metric
 
 
-def measure_noise(picture: Floats32) -> float:
-    """Return the noise of a picture [h, w, 4] of premultiplied RGBA over white, or 0 if it is clean."""
+def measure_noise(picture: Floats32, may_be_shaded: bool = True) -> float:
+    """Return the noise of a picture [h, w, 4] of premultiplied RGBA over white, or 0 if it is clean.
+
+    Steep shading of an icon is no noise if it ``may_be_shaded``.
+    """
     luma = luma_over_white(picture)
     edge = np.zeros(luma.shape, bool)
     edge[:, 1:] |= np.abs(np.diff(luma, axis=1)) > REGIONS.noise_edge_step
@@ -86,7 +92,7 @@ def measure_noise(picture: Floats32) -> float:
     murmurs = float(is_murmur[band].mean())
     if max(luma.shape) < REGIONS.murmur_side:
         is_loud = quiet > REGIONS.quiet and loud > REGIONS.noise_min_small
-        is_rough = max(luma.shape) > REGIONS.shaded_side or _is_rough(luma, band)
+        is_rough = not may_be_shaded or max(luma.shape) > REGIONS.shaded_side or _is_rough(luma, band)
         return float(loud) if is_loud and is_rough else 0.0
     ring = near & ~mixed
     in_ring = float(is_murmur[ring].mean()) if ring.any() else murmurs

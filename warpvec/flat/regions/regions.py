@@ -76,6 +76,7 @@ def find_regions(
     watch: Watch = UNWATCHED,
     may_refuse: bool = False,
     noise_min: float = 0.0,
+    is_jpeg: bool = False,
 ) -> Regions:
     """Return the regions of flat art.
 
@@ -86,11 +87,12 @@ def find_regions(
         watch: the watch over the run. When it is over, rougher regions must do.
         may_refuse: whether to refuse a picture that is plainly no flat art.
         noise_min: the least noise that it is known to have, in [0, 1].
+        is_jpeg: whether it was saved as JPEG.
 
     Raises:
         NotFlatArtError: the picture has no pure areas, or more than ``seeds_max``.
     """
-    tolerances = measure_tolerances(premultiplied(image), noise_min)
+    tolerances = measure_tolerances(premultiplied(image), noise_min, not is_jpeg)
     plain = _regions_of(image, tolerances, min_area, watch, may_refuse)
     is_icon = max(image.shape[:2]) <= REGIONS.shaded_side
     if not is_icon or tolerances.noise > 0 or watch.is_over():

@@ -119,7 +119,21 @@ def find_cast_shadow(
         found = again
         if real is None and is_settled and is_same:
             break
-    return None if found is None else (above, _without_specks(found[0]), found[1])
+    if found is None:
+        return None
+    marks = _marks_in(above, change, ground, found)
+    return above | marks, np.where(marks, 1.0, _without_specks(found[0])), found[1]
+
+
+def _marks_in(above: Mask, change: Floats, ground: Ground, found: tuple[Floats, FoundShadow]) -> Mask:
+    """Return the holes [h, w] of what lies ``above`` that do not show the shadow: letters with some of its colour."""
+    holes, count = ndimage.label(with_filled_holes(above) & ~above, np.ones((3, 3)))
+    shade = found[1].shade_of(found[0], ground.deviation)
+    is_shade = largest_channel(np.abs(change - shade)) <= SOFTNESS.jump
+    share = np.bincount(holes.ravel(), is_shade.ravel(), count + 1) / np.maximum(np.bincount(holes.ravel()), 1)
+    is_mark = share < SOFTNESS.hole_shade
+    is_mark[0] = False
+    return np.asarray(is_mark[holes])
 
 
 def _without_specks(cast: Floats) -> Floats:

@@ -64,7 +64,9 @@ class Ground:
         nearest = ndimage.distance_transform_edt(things == 0, return_distances=False, return_indices=True)
         owner = things[tuple(nearest)]
         sizes, soft_sizes = (np.bincount(owner[each], minlength=count + 1)[1:] for each in (things > 0, soft))
-        large = [k + 1 for k in np.argsort(-sizes, kind="stable") if soft_sizes[k] >= SOFTNESS.zone_area]
+        areas = np.bincount(owner[self.region], minlength=count + 1)[1:]
+        is_large = (soft_sizes >= SOFTNESS.zone_area) & (areas >= SOFTNESS.part_share * owner.size)
+        large = [k + 1 for k in np.argsort(-sizes, kind="stable") if is_large[k]]
         if len(large) > SOFTNESS.things_max:
             return
         for number in large:

@@ -248,11 +248,13 @@ def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, F
 
 
 def _is_soft(ground: Ground, found: FoundShadow) -> bool:
-    """Return whether a fit explains what is seen, is blurred, shows, and has a colour that can be painted."""
+    """Return whether a fit explains what is seen, is blurred, shows, has room, and a colour that can be painted."""
     is_seen = bool(np.abs(found.amplitude).max() >= SOFTNESS.amplitude_min)
     opaque = ground.color + found.amplitude
     can_be = bool(opaque.min() >= -SOFTNESS.jump and opaque.max() <= 255.0 + SOFTNESS.jump)
-    return found.sigma >= SOFTNESS.sigma_min and is_seen and can_be and found.unexplained <= SOFTNESS.unexplained
+    has_room = bool(ground.region.sum() >= SOFTNESS.room * found.sigma**2)
+    is_explained = found.unexplained <= SOFTNESS.unexplained
+    return found.sigma >= SOFTNESS.sigma_min and is_seen and can_be and has_room and is_explained
 
 
 def _unshaded(levels: Floats, parts: Parts, ground: Ground, casters: Mask, cast: Floats, found: FoundShadow) -> Floats:
