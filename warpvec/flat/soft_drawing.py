@@ -170,7 +170,7 @@ class SoftDrawing:
 
     def _with_cover(self, sharp: Scene, shadow: Shadow, outline: Scene) -> Scene:
         """Return ``sharp`` with a path that hides the ``shadow`` where shapes of the colour of the ground cast it."""
-        cover = cover_of(outline, shadow)
+        cover = cover_of(outline, shadow) if shadow.is_cast else None
         if cover is None:
             return sharp
         below = paths_below(sharp, shadow, self.work.config.threads)
