@@ -59,7 +59,7 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
 
     Transparent parts are seen over white, and pictures with some are not taken for black and white art. Light on dark
     is such art only if it has two levels, without dither: the drawing is black, with holes. Where the four shares leave
-    a doubt, the picture is flat art if areas of one paint explain it. One as small as an icon is no photo.
+    a doubt, the picture is flat art if plain areas explain it. One as small as an icon is no photo.
 
     Args:
         image: the picture.

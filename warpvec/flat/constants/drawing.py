@@ -111,9 +111,9 @@ class DrawingConstants:
     """Largest distance in OKLab of paints that share a layer, and the weight of lightness in it: light and shadow keep
     the hue of a thing. In sixteen logos and emoji, 0.03 parts two browns of one edge, and 0.07 joins red and pink."""
 
-    rounded_pixels_max: int = 4_000_000
+    rounded_pixels_max: int = 1_000_000
     """Most pixels of an enlarged picture whose JPEG is undone. Each of two rounds takes 0.8 s of CPU time and 150 MB
-    for a million."""
+    for so many."""
 
 
 DRAWING = DrawingConstants()

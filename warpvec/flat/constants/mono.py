@@ -64,8 +64,8 @@ class MonoConstants:
     """Pixels of a level or upright run in a picture of two levels, beside a corner, that must become a line: a curve
     within the tolerance bows by half a pixel, as the leaf of the door in plan_1bit did."""
 
-    ink_pixels_max: int = 1_100_000
-    """Most pixels of a picture in which dots and thin lines get their ink back: a million takes 570 MB and 6 s."""
+    ink_pixels_max: int = 500_000
+    """Most pixels of a picture in which dots and thin lines get their ink back: so many take 280 MB and 3 s."""
 
     ink_rounds: int = 4
     ink_gain: float = 2.0

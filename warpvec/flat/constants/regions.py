@@ -67,8 +67,8 @@ class RegionConstants:
     price_region: float = 40.0
     price_mixed: float = 3.0
     """Levels that rounding leaves unexplained, and nats that a region costs: some ten numbers of its outline, of six
-    bits each, and a gradient as much as two more. The last is for a mixed pixel, whose share has as many bits: letters
-    state any shading by shares. The cheaper of an icon's regions, with areas that follow its
+    bits each, and a gradient as much as two more. The last is for a mixed pixel, whose share has as many bits, because
+    the shares of letters can state any shading. The cheaper of an icon's regions, with areas that follow its
     shading and without, are taken. Without that choice, an emoji of 24 px has 27 regions in place of 18, and 5 dB less
     at 4x."""
 
