@@ -121,7 +121,7 @@ def test_another_detail_goes_on_from_the_outlines(monkeypatch: pytest.MonkeyPatc
 
     searches: list[object] = []
     found = drawing.find_regions
-    monkeypatch.setattr(drawing, "find_regions", lambda *arguments: searches.append(0) or found(*arguments))
+    monkeypatch.setattr(drawing, "find_regions", lambda *given, **named: searches.append(0) or found(*given, **named))
     outlines = KnownOutlines()
 
     def drawn(kept: KnownOutlines, detail: float, data: bytes = picture(PAPER, TRUE)) -> str:
