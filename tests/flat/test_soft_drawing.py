@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ from warpvec.flat.softness.shapes import casting_paths, find_gaps, measured_agai
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
+from warpvec.watch.watch import UNWATCHED
 
 SIDE = 80
 
@@ -352,3 +355,21 @@ def test_a_time_budget_is_for_the_drawing_without_a_soft_path_first(monkeypatch:
     for budget in (None, 1000.0):
         warpvec.vectorize(picture(), mode="flat", iterations=2, strokes="off", threads=1, time_budget=budget)
     assert order == ["soft", "hard", "hard", "soft"]
+
+
+def test_if_all_shadows_together_are_worse_than_bands_those_explained_well_are_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def is_better(drawing: SoftDrawing, soft: Any, hard: Any) -> bool:
+        return bool(soft == "soft paths: 2")
+
+    monkeypatch.setattr(SoftDrawing, "_may_be_soft", True)
+    monkeypatch.setattr(SoftDrawing, "_soft", lambda drawing, detail: (f"soft paths: {len(drawing.known)}", {}))
+    monkeypatch.setattr(SoftDrawing, "_is_better", is_better)
+    well, poorly = (SimpleNamespace(is_cast=True, look=SimpleNamespace(unexplained=rest)) for rest in (0.001, 0.03))
+    bands = SimpleNamespace(draw=lambda detail: ("bands", {}), blur=0.0, watch=UNWATCHED)
+    drawn: dict[int, Any] = {
+        count: SoftDrawing(bands, known=(*[well] * count, *[poorly] * 3)).draw(0.1)[0]  # type: ignore[arg-type]
+        for count in (0, 1, 2)
+    }
+    assert drawn == {0: "bands", 1: "bands", 2: "soft paths: 2"}
