@@ -297,10 +297,6 @@ class ConditionConstants:
     are JPEGs. Of 1600 JPEGs of logos of 32 to 256 px, at quality 40 to 90, 1020 say theirs, and none a wrong one; most
     others are small or have one colour."""
 
-    jpeg_color_max: float = 0.2
-    """Largest part of the change of colours that half of their resolution leaves unexplained: it is 0.06 to 0.19 if
-    they have half of it, and 0.2 to 0.44 if not (40 drawings, quality 50 to 90)."""
-
     # Levels (levels.py)
 
     palette_max: int = 64

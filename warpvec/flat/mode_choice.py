@@ -17,7 +17,7 @@ from PIL import Image, ImageFilter
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.checks import counted
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
-from warpvec.flat.two_levels import has_two_levels
+from warpvec.flat.two_levels import edge_count, has_two_levels
 from warpvec.image.spread import spread
 
 Levels = NDArray[np.int16]
@@ -171,9 +171,7 @@ def is_gray(image: Floats32) -> bool:
 def _is_of_two_levels(image: Floats32) -> bool:
     """Return whether ``image`` [h, w, 3] has two levels only, and is not dithered."""
     grey = image.mean(2, dtype=np.float64)
-    ink = grey < 0.5
-    edge_count = int((ink[:, 1:] != ink[:, :-1]).sum() + (ink[1:] != ink[:-1]).sum())
-    return edge_count <= MODE_CHOICE.edges_max * ink.size and has_two_levels(grey)
+    return edge_count(grey < 0.5) <= MODE_CHOICE.edges_max * grey.size and has_two_levels(grey)
 
 
 def _is_black_and_white(levels: Levels, change: Levels, was_noisy: bool) -> bool:

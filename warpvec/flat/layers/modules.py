@@ -24,7 +24,7 @@ class _Part(NamedTuple):
 
     Attributes:
         box: rows and columns in the layer.
-        covered: its pixels, and those of the holes that it goes on beneath [h, w].
+        covered: its pixels, and its holes in which layers above alone are seen [h, w].
         loops: corners [n, 2] of its outlines, in the layer.
         is_free: whether no layer above is seen beside it.
     """
@@ -38,8 +38,8 @@ class _Part(NamedTuple):
 def without_modules(cover: Cover) -> tuple[list[Floats], Cover]:
     """Return the corners [n, 2] of the outlines of the parts of squares in ``cover``, and what is left of it.
 
-    They go on beneath what they enclose, and end at other shapes. What ends at a shape above it is a code only if it
-    has many corners: else it may be a rectangle that the other one hides in part.
+    They go on beneath what they enclose, and end at other shapes. A part that ends at a shape above
+    it is a code only if it has many corners. With few, it may be a rectangle, and the shape hides some of it.
     """
     parts = [part for part in _whole_parts(cover) if part.loops]
     has_many = sum(len(loop) for part in parts for loop in part.loops) >= LAYERS.module_corners_min

@@ -69,7 +69,7 @@ class Mark:
 
     @property
     def _has_covered_side(self) -> bool:
-        """Whether a straight side of a stroke covers pixels: it fills those between neighbours that it reaches into."""
+        """Whether a straight stroke fills pixels: it also reaches into their neighbours on both sides."""
         heights = self._heights(1)
         return any(map(self._covers_a_run, (heights, heights.T)))
 

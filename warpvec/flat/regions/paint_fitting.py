@@ -18,7 +18,7 @@ from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.peeling import parts_of, peel
 from warpvec.flat.regions.ramp_fitting import Ramp, fit_ramp
 from warpvec.flat.regions.ramp_refitting import refitted
-from warpvec.flat.regions.region_growing import NONE, pixels_of
+from warpvec.flat.regions.region_growing import NONE, pixels_of, points_of
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -80,11 +80,11 @@ def _peel_areas(
         noise = tolerances.noise * (REGIONS.noise_deviation if index in fits.ramps else 1.0)
         if depth == 0 or not _may_be_several(len(pixels), fits.values[index], fits.errors[index], noise):
             continue
-        found = peel(_points(pixels, width), colors[pixels, :3].astype(np.float64), _stop_limit(tolerances))
+        found = peel(points_of(pixels, width), colors[pixels, :3].astype(np.float64), _stop_limit(tolerances))
         if found is None:
             continue
         areas[index], rest = parts_of(pixels, found.shown, width)
-        ramp = refitted(found.ramp, _points(areas[index], width), colors[areas[index], :3].astype(np.float64))
+        ramp = refitted(found.ramp, points_of(areas[index], width), colors[areas[index], :3].astype(np.float64))
         fits.ramps[index], fits.errors[index] = ramp, ramp.error
         fits.values[index] = np.median(colors[_few(areas[index])], 0)
         more = fit_areas(rest, colors, width, tolerances, watch)
@@ -160,7 +160,7 @@ def _find_ramps(
         if len(pixels) < least or values[index][3] == 0:
             continue
         if len(pixels) < REGIONS.shared_area_min:
-            ramp = _plain_ramp(_points(pixels, width), colors[pixels])
+            ramp = _plain_ramp(points_of(pixels, width), colors[pixels])
         else:
             ramp = _own_or_shared_ramp(ramps, pixels, colors, values[index], width, tolerances)
         if ramp is not None and ramp.contrast(tolerances.metric) >= REGIONS.ramp_contrast + tolerances.noise:
@@ -183,7 +183,7 @@ def _own_or_shared_ramp(
     least_of_small = math.inf if tolerances.noise > 0 else REGIONS.small_ramp_deviation
     if shared is not None or deviation <= (least_of_small if is_small else limit):
         return shared
-    ramp = ramp_of_pixels(_points(pixels, width), colors[pixels, :channels].astype(np.float64), tolerances)
+    ramp = ramp_of_pixels(points_of(pixels, width), colors[pixels, :channels].astype(np.float64), tolerances)
     is_poor = is_small and ramp is not None and ramp.error > REGIONS.small_ramp_rest
     return None if is_poor else ramp
 
@@ -212,7 +212,7 @@ def _shared_ramp(
     ramps: dict[int, Ramp], pixels: Places, colors: Floats32, width: int, error_max: float, limit: float
 ) -> Ramp | None:
     """Return the first of ``ramps`` that shows ``pixels`` with less than ``error_max`` and about as well as its own."""
-    points, shown = _points(pixels, width), colors[pixels].astype(np.float64)
+    points, shown = points_of(pixels, width), colors[pixels].astype(np.float64)
     for ramp in ramps.values():
         if ramp.colors.shape[1] == shown.shape[1] and ramp.error_on(points, shown) < min(
             error_max, REGIONS.shared_error * max(ramp.error, limit)
@@ -231,11 +231,6 @@ def _channels(colors: Floats32, tolerances: Tolerances) -> int:
     low, high = np.quantile(colors[:, 3], [0.02, 0.98])
     changes = high - low >= REGIONS.opacity_change + tolerances.noise
     return 4 if changes and low >= REGIONS.opacity_min else 3
-
-
-def _points(pixels: Places, width: int) -> Floats:
-    """Return the centres x, y [N, 2] of pixels numbered by rows."""
-    return np.stack([pixels % width, pixels // width], 1).astype(np.float64) + 0.5
 
 
 def flat_paints(values: Floats32) -> Paints:

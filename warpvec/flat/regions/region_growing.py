@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats32, Integers32, Mask, Places
+from warpvec.arrays import Floats, Floats32, Integers32, Mask, Places
 from warpvec.flat.connected_parts import connected_parts
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.paints import Paints
@@ -96,6 +96,11 @@ def pixels_of(labels: Integers32) -> list[Places]:
     order = np.argsort(labels.ravel(), kind="stable")
     count = np.bincount(labels.ravel() + 1)
     return np.split(order, np.cumsum(count)[:-1])[1:] if len(count) > 1 else []
+
+
+def points_of(pixels: Places, width: int) -> Floats:
+    """Return the centres x, y [N, 2] of pixels numbered by rows."""
+    return np.stack([pixels % width, pixels // width], 1).astype(np.float64) + 0.5
 
 
 def without_small(labels: Integers32, area_min: float) -> Integers32:

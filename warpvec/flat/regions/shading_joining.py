@@ -1,6 +1,6 @@
 """Join areas that touch each other and that one gradient shows.
 
-Where the colours of a gradient bend, at one of its stops, areas that follow its shading end.
+An area that follows the shading of a gradient ends at a stop, where the colours bend.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.ramp_directions import directions_of, refined, unevenness
-from warpvec.flat.regions.region_growing import NONE, pixels_of, without_small
+from warpvec.flat.regions.region_growing import NONE, pixels_of, points_of, without_small
 from warpvec.watch.watch import UNWATCHED, Watch
 
 Pair = tuple[int, int]
@@ -46,7 +46,7 @@ def join_shading(labels: Integers32, image: Floats32, watch: Watch = UNWATCHED) 
 
 def _error_of(pixels: Places, colors: Floats32, width: int) -> float:
     """Return the root mean square that the best ramp leaves of the ``colors`` [h w, 4] of ``pixels``."""
-    points, shown = np.stack([pixels % width, pixels // width], 1) + 0.5, colors[pixels].astype(np.float64)
+    points, shown = points_of(pixels, width), colors[pixels].astype(np.float64)
     directions = directions_of(points, shown)
     return min((unevenness(refined(each, points, shown), points, shown) for each in directions), default=np.inf)
 

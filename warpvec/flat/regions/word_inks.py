@@ -27,7 +27,7 @@ class Ink:
 
 
 def find_inks(words: list[list[Mark]], paints: Paints, is_seen: Mask, tolerances: Tolerances) -> list[Ink]:
-    """Return the ink of each of the ``words``: a known colour that it nearly reaches, or its purest one.
+    """Return the ink of each of the ``words``: a known colour if the word nearly reaches it, or its purest colour.
 
     Known are the paints that ``is_seen`` [K] inside areas and the inks of other words on the same ground. Last come the
     other paints, for words that show them, or do not agree on their purest colour: those of thin lines, and of stems

@@ -1,7 +1,7 @@
 """Find what covers a ground by where the ground ends: the area that it reaches through smooth changes.
 
-A shadow fades into its ground without an edge, so that the ground *reaches* it pixel by pixel. What it does not reach
-covers it, whatever it looks like inside: a figure of many gradients, or a card of the colour of the ground itself.
+A shadow fades into its ground without an edge, so that the ground *reaches* it pixel by pixel. Shapes have edges, so
+that the ground ends there: at a figure of many gradients, or at a card of the colour of the ground itself.
 """
 
 from __future__ import annotations

@@ -182,8 +182,8 @@ def _light_on(
 ) -> tuple[Ground, tuple[Mask, Floats, FoundShadow], bool] | None:
     """Return a ``ground`` as it is seen, the shadow or the spot on it, and whether shapes cast it; None without one.
 
-    Of the light is returned what lies above it [h, w], the coverage of what casts it [h, w], and its fit. Arguments as
-    for `find_casters`.
+    Three things describe the light: the shapes above it [h, w], the coverage of what casts it [h, w], and its fit. The
+    arguments are those of `find_casters`.
     """
     casters = find_casters(levels, parts, ground, is_time_up)
     for seen, mask in _above_light(ground, levels, casters):
