@@ -11,7 +11,6 @@ Where auto is in doubt, it draws flat art first, and keeps it only if it explain
 
 from __future__ import annotations
 
-import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -100,7 +99,7 @@ def choice_of(image: Image.Image) -> tuple[Request, Restoration, ModeChoice]:
 def chosen(image: Image.Image) -> str:
     """Return the mode that auto chooses for ``image``."""
     choice = choice_of(image)[2]
-    return choice.mode + (", in doubt" if math.isfinite(choice.unexplained_max) else "")
+    return choice.mode + (", in doubt" if choice.is_doubtful else "")
 
 
 def is_right(kind: str, mode: str) -> bool:

@@ -16,7 +16,16 @@ from warpvec.condition.constants import CONDITION
 def measure_noise(levels: Floats) -> tuple[float, ...]:
     """Return the standard deviation of the noise of each channel of ``levels`` [h, w, channels] in [0, 255].
 
-    It is 0 for each channel if the picture has none.
+    It is 0 for each channel if the picture has so little that nobody sees it, or so much that it is the picture.
+    """
+    found = white_noise(levels)
+    return found if CONDITION.noise_min <= max(found) <= CONDITION.noise_max else (0.0,) * len(found)
+
+
+def white_noise(levels: Floats) -> tuple[float, ...]:
+    """Return the standard deviation of what is white noise in each channel of ``levels`` [h, w, channels].
+
+    It is 0 for each channel if blocks of the picture do not agree on any.
     """
     side = CONDITION.noise_block if min(levels.shape[:2]) >= CONDITION.noise_side else CONDITION.noise_small_block
     if min(levels.shape[:2]) < CONDITION.noise_rows_min * side:
@@ -29,10 +38,9 @@ def measure_noise(levels: Floats) -> tuple[float, ...]:
     low = float(np.quantile(together[is_white], CONDITION.noise_quantile))
     is_near = (together >= low / CONDITION.noise_spread) & (together <= low * CONDITION.noise_spread_up)
     agrees = is_white & is_near
-    if low < CONDITION.noise_min / 2.0 or agrees.mean() < CONDITION.noise_share_min:
+    if agrees.mean() < CONDITION.noise_share_min:
         return (0.0,) * levels.shape[2]
-    found = tuple(each.noise(agrees) for each in channels)
-    return found if CONDITION.noise_min <= max(found) <= CONDITION.noise_max else (0.0,) * len(found)
+    return tuple(each.noise(agrees) for each in channels)
 
 
 class _Blocks:

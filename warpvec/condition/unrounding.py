@@ -43,12 +43,13 @@ class JpegRounding:
         """Return ``drawn`` [h, w, 3], in [0, 255], moved as little as its values need to be in their ranges."""
         values = self._transformed(drawn)
         moves = []
-        for value, stored, steps in zip(values, self._stored(values), self._steps, strict=True):
+        for value, stored, steps in zip(values, self._stored(values), self.steps, strict=True):
             moves.append(np.clip(value, stored - steps / 2.0, stored + steps / 2.0) - value)
         return np.asarray((drawn + self._picture_of(moves)).clip(0.0, 255.0))
 
     @property
-    def _steps(self) -> list[Floats]:
+    def steps(self) -> list[Floats]:
+        """The steps [8, 8] of brightness and of both colour differences."""
         color = color_steps_of(self.jpeg.quality)
         return [steps_of(self.jpeg.quality), color, color]
 
@@ -57,15 +58,19 @@ class JpegRounding:
 
         A decoder cuts off what is below 0 or above 255, where the drawing tells how far it went.
         """
-        rounded = [_rounded(value, steps) for value, steps in zip(values, self._steps, strict=True)]
+        rounded = [_rounded(value, steps) for value, steps in zip(values, self.steps, strict=True)]
         likely = self._picture_of(rounded) + 128.0
         whole = np.where(self.levels >= 255.0, likely.clip(255.0), self.levels)
         whole = np.where(self.levels <= 0.0, likely.clip(None, 0.0), whole)
-        return [_rounded(value, steps) for value, steps in zip(self._transformed(whole), self._steps, strict=True)]
+        return [_rounded(value, steps) for value, steps in zip(self._transformed(whole), self.steps, strict=True)]
 
     def _transformed(self, levels: Floats) -> list[Floats]:
-        """Return the cosine transforms [rows, columns, 8, 8] of the brightness and colours of ``levels`` [h, w, 3]."""
-        planes = np.moveaxis((levels - 128.0) @ JFIF.T, -1, 0)
+        """Return the `transforms_of` ``levels`` [h, w, 3] about the middle of their range."""
+        return self.transforms_of(levels - 128.0)
+
+    def transforms_of(self, values: Floats) -> list[Floats]:
+        """Return the cosine transforms [rows, columns, 8, 8] of the brightness and colours of ``values`` [h, w, 3]."""
+        planes = np.moveaxis(values @ JFIF.T, -1, 0)
         blocks = [self._blocks_of(plane, index > 0) for index, plane in enumerate(planes)]
         return [dctn(each, axes=(2, 3), norm="ortho") for each in blocks]
 

@@ -11,12 +11,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from warpvec.condition.unrounding import Rounding
+from warpvec.condition.jpeg import Jpeg
+from warpvec.condition.unrounding import JpegRounding, Rounding
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.evidence.evidence import Evidence
+from warpvec.flat.explanation import require_shorter, require_shorter_parts
 from warpvec.flat.overlay.overlaid_words import Overlay, find_overlay
 from warpvec.flat.regions.area_structure import require_plain_areas
 from warpvec.flat.regions.fewer_colors import with_colors, with_flat_paints, with_palette
@@ -24,8 +27,6 @@ from warpvec.flat.regions.fewer_regions import with_fewer_regions
 from warpvec.flat.regions.regions import (
     Regions,
     find_regions,
-    require_explained,
-    require_explained_parts,
     require_few_edges,
     unexplained,
 )
@@ -77,8 +78,8 @@ class FlatDrawing:
         image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if it has four channels.
         config: settings of the run.
         watch: progress, stop, clock and history of the run.
-        unexplained_max: root mean square in levels that regions may leave of the picture; a picture of which they leave
-            more, or that is plainly no flat art, is refused, see `NotFlatArtError`. None to draw it in any case.
+        may_refuse: whether a picture that is plainly no flat art is refused; see `NotFlatArtError`.
+        is_doubtful: whether one is refused that a photo says more briefly.
         known: outlines that are known already; None to find them.
         tracing: outlines that were traced in another way; None to trace those of the regions.
         blur: standard deviation in pixels of the blur of the picture, which the drawing is without.
@@ -88,7 +89,8 @@ class FlatDrawing:
     image: Tensor
     config: FitConfig
     watch: Watch = field(default_factory=Watch)
-    unexplained_max: float | None = None
+    may_refuse: bool = False
+    is_doubtful: bool = False
     known: FlatOutlines | None = None
     tracing: Scene | None = None
     blur: float = 0.0
@@ -173,14 +175,14 @@ class FlatDrawing:
     @cached_property
     def _found(self) -> tuple[Tensor, Regions]:
         """The picture before it was saved as JPEG, and its regions."""
-        image, may_refuse = self.image.numpy(), self.unexplained_max is not None
-        watch = self.watch.ahead(DRAWING.share_after_tracing)
-        if self.unexplained_max is not None:
-            require_explained_parts(image, self.unexplained_max, watch)
+        image, watch = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing)
         is_jpeg = self.rounding is not None
-        found = find_regions(image, self.config.min_area, watch, may_refuse, is_jpeg=is_jpeg)
-        if self.unexplained_max is not None:
-            require_explained(found, image, self.unexplained_max, is_jpeg=is_jpeg)
+        if self.is_doubtful:
+            require_shorter_parts(image, self._jpeg, watch)
+        found = find_regions(image, self.config.min_area, watch, self.may_refuse, is_jpeg=is_jpeg)
+        if self.is_doubtful:
+            require_shorter(found, Evidence.of(image, self._jpeg))
+        if self.may_refuse:
             require_few_edges(found)
             if self.rounding is None:
                 require_plain_areas(found, image)
@@ -188,6 +190,11 @@ class FlatDrawing:
             return self.image, found
         before, found = before_jpeg(image, found, self.rounding, self.config.min_area, watch)
         return torch.from_numpy(before), found
+
+    @property
+    def _jpeg(self) -> Jpeg | None:
+        """What the picture was saved as; None for no JPEG, or if it was enlarged before."""
+        return self.rounding.jpeg if isinstance(self.rounding, JpegRounding) else None
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
         found, overlay = self._found[1], self._overlay()

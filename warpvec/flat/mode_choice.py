@@ -7,7 +7,6 @@ small block, and soft shading. Four shares of the picture measure that, and a we
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,13 +28,12 @@ class ModeChoice(NamedTuple):
     Attributes:
         mode: its name.
         reason: why it suits.
-        unexplained_max: largest root mean square in levels that areas of one paint may leave unexplained of flat art;
-            a picture of which they leave more is a photo.
+        is_doubtful: whether it is a photo if that is shorter to say.
     """
 
     mode: str
     reason: str
-    unexplained_max: float = math.inf
+    is_doubtful: bool = False
 
 
 class Shares(NamedTuple):
@@ -59,7 +57,8 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
 
     Transparent parts are seen over white, and pictures with some are not taken for black and white art. Light on dark
     is such art only if it has two levels, without dither: the drawing is black, with holes. Where the four shares leave
-    a doubt, the picture is flat art if plain areas explain it. One as small as an icon is no photo.
+    a doubt, the picture is flat art if plain areas say it more briefly than a photo. One as small as an icon is no
+    photo.
 
     Args:
         image: the picture.
@@ -79,7 +78,7 @@ def choose_mode(image: Floats32, was_noisy: bool = False) -> ModeChoice:
     if score <= MODE_CHOICE.photo_flatness:
         return ModeChoice("photo", f"textured or shaded, {percent}")
     if score <= 0.0:
-        return ModeChoice("flat", f"plain areas explain it, {percent}", MODE_CHOICE.unexplained_max)
+        return ModeChoice("flat", f"plain areas explain it, {percent}", is_doubtful=True)
     count = _color_count(levels, is_still)
     colors = "shaded colours" if count > MODE_CHOICE.colors_shown else f"mostly {counted(count, 'colour')}"
     return ModeChoice("flat", f"{colors}, {percent}")

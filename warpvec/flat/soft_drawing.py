@@ -142,13 +142,14 @@ class SoftDrawing:
     @cached_property
     def _clean(self) -> FlatDrawing:
         image = torch.from_numpy(self._shadows[-1].clean)
-        return replace(self.work, image=image, unexplained_max=None, known=None, rounding=None)
+        return replace(self.work, image=image, may_refuse=False, is_doubtful=False, known=None, rounding=None)
 
     def _outline(self, shadow: Shadow) -> Scene | None:
         """Return one path around all that casts the ``shadow``; None if its mask has no outline."""
         mask = torch.from_numpy(1.0 - shadow.casters).float()[..., None].expand(-1, -1, 3).contiguous()
         config = replace(self.work.config, strokes="off", gradients=0.0)
-        work = replace(self.work, image=mask, config=config, unexplained_max=None, known=None, rounding=None)
+        work = replace(self.work, image=mask, config=config, known=None, rounding=None)
+        work = replace(work, may_refuse=False, is_doubtful=False)
         drawn, _ = work.draw(SOFTNESS.mask_detail)
         height, width = mask.shape[:2]
         parts = cut_out(replace(drawn.outlined(), strokes=None), width, height).scene

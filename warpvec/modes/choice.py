@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,6 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
 from warpvec.image.alpha import is_transparent
-from warpvec.image.metrics import psnr
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import Restoration, shown_at_usual_size
@@ -107,10 +105,10 @@ def _draw_chosen(
         from warpvec.flat.regions.regions import NotFlatArtError
 
         chosen = _in_mode(request, choice.mode)
-        unexplained_max = choice.unexplained_max if _is_like_picture(chosen.settings) else None
+        refusal = _is_like_picture(chosen.settings), choice.is_doubtful
         try:
             with shown_at_usual_size(chosen, given):
-                mode = _mode(choice.mode, photo, outlines, condition, unexplained_max, textures)
+                mode = _mode(choice.mode, photo, outlines, condition, textures, refusal)
                 drawing = mode.draw(chosen)
         except NotFlatArtError as error:
             reason = str(error)
@@ -152,11 +150,18 @@ def _textures(request: Request, condition: Condition | None) -> Mask | None:
     from warpvec.flat.textures import find_textures
 
     picture = request.picture
-    found = find_textures(picture.sharp_copy, condition is not None and condition.jpeg is not None)
+    is_jpeg = condition is not None and condition.jpeg is not None
+    found = find_textures(picture.sharp_copy, is_jpeg, _blocks_of(request, condition))
     if found is None or picture.blocks == 1:
         return found
     rows, columns = picture.reduced_size
     return found.repeat(picture.blocks, 0)[:rows].repeat(picture.blocks, 1)[:, :columns]
+
+
+def _blocks_of(request: Request, condition: Condition | None) -> Jpeg | None:
+    """Return what the copy of the picture was saved as; None for no JPEG, or if its blocks are no longer those."""
+    is_whole = request.picture.sharp_copy is request.picture.pixels
+    return condition.jpeg if condition is not None and is_whole else None
 
 
 def _may_have_texture(condition: Condition | None) -> bool:
@@ -184,10 +189,10 @@ def _mode(
     photo: Photo,
     outlines: KnownOutlines | None,
     condition: Condition | None = None,
-    unexplained_max: float | None = None,
     is_texture: Mask | None = None,
+    refusal: tuple[bool, bool] = (False, False),
 ) -> Mode:
-    """Return the mode ``name``. The mode flat may refuse a picture by ``unexplained_max``; see `FlatDrawing`.
+    """Return the mode ``name``. The mode flat may refuse a picture: its ``refusal`` is a `Refusal` of modes/flat.py.
 
     The mode mixed draws the pixels ``is_texture`` [h, w] as photos.
 
@@ -195,7 +200,7 @@ def _mode(
     """
     if name == "photo":
         return photo
-    from warpvec.modes.flat import Flat, KnownOutlines
+    from warpvec.modes.flat import Flat, KnownOutlines, Refusal
     from warpvec.modes.lines import Lines
     from warpvec.modes.mixed import Mixed
     from warpvec.modes.mono import Mono
@@ -203,7 +208,7 @@ def _mode(
 
     outlines = KnownOutlines() if outlines is None else outlines
     modes: dict[str, Mode] = {
-        "flat": Flat(outlines, unexplained_max, condition),
+        "flat": Flat(outlines, Refusal(*refusal), condition),
         "mono": Mono(),
         "lines": Lines(),
         "pixel": Pixel(color_tolerance(condition)),
@@ -232,7 +237,7 @@ def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Co
             return ModeChoice("pixel", "few colours, edges between whole pixels")
     choice = choose_mode(reduced, condition is not None and any(condition.noise))
     has_colors = settings.colors > 0 or settings.palette is not None
-    if math.isfinite(choice.unexplained_max) and not _is_like_picture(settings):
+    if choice.is_doubtful and not _is_like_picture(settings):
         # What they leave unexplained tells nothing, so that the doubt stays.
         choice = ModeChoice("photo", "textured or shaded")
     if condition is not None and condition.light is not None and is_gray(reduced):
@@ -250,7 +255,7 @@ def color_tolerance(condition: Condition | None) -> int:
 def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None) -> bool:
     """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it.
 
-    The picture may be so poor a JPEG that it is far from its own original. Then the drawing is saved as such a JPEG.
+    It may be far from a poor JPEG, or have thin lines at other places, and still say the picture more briefly.
     """
     settings = request.settings
     is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
@@ -260,10 +265,13 @@ def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None)
     is_free = settings.mode == "flat" and is_alike and not is_bounded and not is_icon
     if not is_free or drawing.psnr_as_fitted >= FLAT_PSNR_MIN:
         return False
+    from warpvec.flat.explanation import drawing_factor
+
     pixels = request.picture.pixels
-    if condition is None or condition.jpeg is None or is_transparent(pixels) or max(pixels.shape) > Jpeg.side_max:
+    if is_transparent(pixels):
         return True
-    return psnr(condition.jpeg.saved(draw_like(drawing.text, pixels)), pixels) < FLAT_PSNR_MIN
+    jpeg = None if condition is None else condition.jpeg
+    return drawing_factor(drawing.scene, draw_like(drawing.text, pixels), pixels, jpeg) > 1.0
 
 
 def _is_like_picture(settings: FitConfig) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -27,18 +28,26 @@ from warpvec.modes.request import Request
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
+class Refusal(NamedTuple):
+    """When a picture is refused; see `warpvec.flat.drawing.FlatDrawing`."""
+
+    may_refuse: bool
+    is_doubtful: bool
+
+
+NEVER = Refusal(may_refuse=False, is_doubtful=False)
+
+
 @dataclass
 class KnownOutlines:
     """The outlines of the last picture, to go on from when only the detail, cutout or goal is another."""
 
     _work: FlatDrawing | None = None
 
-    def begin(
-        self, request: Request, settings: FitConfig, unexplained_max: float | None, rounding: Rounding | None
-    ) -> FlatDrawing:
+    def begin(self, request: Request, settings: FitConfig, refusal: Refusal, rounding: Rounding | None) -> FlatDrawing:
         """Return the work on a picture with ``settings``: with the known outlines if they are right for it."""
         image, watch, known = torch.from_numpy(request.picture.reduced), request.watch, self._work
-        work = FlatDrawing(image, settings, watch, unexplained_max, blur=request.picture.blur, rounding=rounding)
+        work = FlatDrawing(image, settings, watch, *refusal, blur=request.picture.blur, rounding=rounding)
         same_damage = known is not None and (known.blur, _jpeg_of(known)) == (work.blur, _jpeg_of(work))
         if known is None or not same_damage or not torch.equal(known.image, image):
             return work
@@ -60,12 +69,12 @@ class Flat:
     Attributes:
         outlines: of the last picture, for a caller that draws it again with another detail; they become those of this
             picture.
-        unexplained_max: when to refuse a picture; see `warpvec.flat.drawing.FlatDrawing`.
+        refusal: when to refuse a picture.
         condition: what has happened to the picture; None if nobody looked.
     """
 
     outlines: KnownOutlines = field(default_factory=KnownOutlines)
-    unexplained_max: float | None = None
+    refusal: Refusal = NEVER
     condition: Condition | None = None
 
     def draw(self, request: Request) -> Drawing:
@@ -76,7 +85,7 @@ class Flat:
         """
         with single_torch_thread(), torch.no_grad():
             rounding = rounding_of(request, self.condition)
-            work = self.outlines.begin(request, reduced_settings(request), self.unexplained_max, rounding)
+            work = self.outlines.begin(request, reduced_settings(request), self.refusal, rounding)
             soft = SoftDrawing(work)
 
             def draw(detail: float) -> Drawing:

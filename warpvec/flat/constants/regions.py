@@ -63,35 +63,10 @@ class RegionConstants:
     shaded_side: int = 100
     """Longest side in pixels of an icon, whose shading is steep."""
 
-    price_levels: float = 0.5
-    price_region: float = 40.0
-    price_mixed: float = 3.0
-    """Levels that rounding leaves unexplained, and nats that a region costs: some ten numbers of its outline, of six
-    bits each, and a gradient as much as two more. The last is for a mixed pixel, whose share has as many bits, because
-    the shares of letters can state any shading. The cheaper of an icon's regions, with areas that follow its
-    shading and without, are taken. Without that choice, an emoji of 24 px has 27 regions in place of 18, and 5 dB less
-    at 4x."""
-
     rough_min: float = 4.0 / 255
     """Fourth difference of brightness at the first quantile above which an icon is noisy. Shading that bends leaves
     little: six of ten clean icons with gradients that were taken for noisy have 0.6 to 3.9 levels. Of copies as JPEG
     of quality 80 and 90, 94 % have more. Rounding alone leaves 2 levels."""
-
-    parts: int = 3
-    parts_side: int = 128
-    parts_factor: float = 2.0
-    """So many parts of so many pixels a side tell most photos from drawings: a photo is one that leaves more than this
-    factor times the most that regions may leave. In doubt are kodim07 and kodim09, which leave 18 and 13 levels, and
-    drawings of up to 7.6 levels; the most is 5."""
-
-    few_factor: float = 1.6
-    few_root_max: float = 24.0
-    jpeg_few_root_max: float = 38.0
-    """Regions whose count, as its root, times the levels that they leave is at most the second are few, and may leave
-    more by the first; in a JPEG, the third. Of 46 copies of gradient logos in doubt, as JPEG of quality 30 and 45, 28
-    leave 5 to 9 levels with products of 10 to 24, eleven more with up to 37, and three with 38 to 47. Kodak's photos
-    and ovals in doubt have 49 and more, as JPEG too, and a rocket in a disc has 42; a retina in a disc has 25, and
-    leaves more than it may as a JPEG."""
 
     deep: int = 8
     """Pixels from all borders of regions from which on a pixel lies deep inside: traces of a JPEG reach as far."""

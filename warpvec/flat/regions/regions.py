@@ -11,6 +11,7 @@ import numpy as np
 from warpvec.arrays import Floats32, Integers32, Mask
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.regions import REGIONS
+from warpvec.flat.evidence.evidence import Evidence
 from warpvec.flat.regions.assignment import Assignment, assign
 from warpvec.flat.regions.joint_ramps import with_joint_ramps
 from warpvec.flat.regions.lettering import with_lettering
@@ -19,6 +20,7 @@ from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.region_merging import merge_regions
+from warpvec.flat.regions.region_price import regions_nats
 from warpvec.flat.regions.seeding import find_seeds
 from warpvec.flat.regions.specks import SpeckLimits
 from warpvec.flat.regions.thin_parts import add_thin_parts
@@ -43,8 +45,6 @@ class Regions:
         is_lettering: words of small thin marks [K]; None for no such regions. They need not be connected, and may have
             the smaller share of most of their pixels.
         noise: noise of the picture, in [0, 1]; 0 if it is clean.
-        gained: by how many levels the root mean square fell that they leave of a clean picture when some of them
-            joined. Ramps explain soft places of photos as well.
     """
 
     label: Integers32
@@ -54,7 +54,6 @@ class Regions:
     canvas: int | None = None
     is_lettering: Mask | None = None
     noise: float = 0.0
-    gained: float = 0.0
 
     def __len__(self) -> int:
         return len(self.paints)
@@ -98,15 +97,8 @@ def find_regions(
     if not is_icon or tolerances.noise > 0 or watch.is_over():
         return plain
     shaded = _regions_of(image, tolerances, min_area, watch, follows_shading=True)
-    return min(shaded, plain, key=lambda regions: _price(regions, image))
-
-
-def _price(regions: Regions, image: Floats32) -> float:
-    """Return the description length in nats of ``regions`` and of what they leave of ``image`` [h, w, 3 or 4]."""
-    left = math.hypot(unexplained(regions.mixed(), image), REGIONS.price_levels)
-    gradient_count, mixed_count = int((regions.paints.kind != FLAT).sum()), int((regions.share < 1.0).sum())
-    stated = REGIONS.price_region * (len(regions) + 2 * gradient_count) + REGIONS.price_mixed * mixed_count
-    return 3 * image[..., 0].size * math.log(left) + stated
+    evidence = Evidence.of(image)
+    return min(shaded, plain, key=lambda regions: regions_nats(regions, evidence))
 
 
 def _regions_of(
@@ -134,12 +126,11 @@ def _regions_of(
     assignment = assign(picture, seeds, paints, tolerances, canvas)
     paints = add_thin_parts(picture, assignment, paints, tolerances, limits, canvas, watch)
     assignment, paints = merge_regions(picture, assignment, paints, tolerances, limits, canvas, watch)
-    is_noisy, gained = tolerances.noise > 0, 0.0
+    is_noisy = tolerances.noise > 0
     rest = math.inf if is_noisy else _rest(straight, assignment, paints)
     if rest > REGIONS.explained_max:
         below = _canvas_like(behind, assignment.label, paints)
         paints = with_joint_ramps(straight, assignment, paints, tolerances, below, watch)
-        gained = 0.0 if is_noisy else rest - _rest(straight, assignment, paints)
     if is_noisy:
         paints = paints.with_whole_ends(REGIONS.noisy_end)
     is_lettering = None
@@ -151,24 +142,7 @@ def _regions_of(
             assignment, paints, is_lettering = worded
     label, other, share = assignment.label, assignment.other, assignment.share
     canvas = _canvas_like(behind, label, paints)
-    return Regions(label, other, share, paints, canvas, is_lettering, tolerances.noise, gained)
-
-
-def require_explained(regions: Regions, image: Floats32, unexplained_max: float, is_jpeg: bool = False) -> None:
-    """Refuse ``image`` [h, w, 3 or 4] if ``regions`` leave more than so many levels, a root mean square, unexplained.
-
-    Of a drawing they leave the traces of a JPEG, for example. Of a photo they leave the texture. A few regions may
-    leave more: of a photo, they leave far more. A JPEG (``is_jpeg``) has more of them where its colours run.
-
-    Raises:
-        NotFlatArtError: they leave more.
-    """
-    if math.isinf(unexplained_max):
-        return
-    left = unexplained(regions.mixed(), image) + regions.gained
-    few_root_max = REGIONS.jpeg_few_root_max if is_jpeg else REGIONS.few_root_max
-    are_few = len(regions) ** 0.5 * left <= few_root_max
-    _require(left, unexplained_max * (REGIONS.few_factor if are_few else 1.0))
+    return Regions(label, other, share, paints, canvas, is_lettering, tolerances.noise)
 
 
 def require_few_edges(regions: Regions) -> None:
@@ -181,29 +155,6 @@ def require_few_edges(regions: Regions) -> None:
     count = int((label[1:] != label[:-1]).sum() + (label[:, 1:] != label[:, :-1]).sum())
     if count > max(REGIONS.edges_max, REGIONS.edges_share_max * label.size):
         raise NotFlatArtError(f"its areas have {count:,} pixels of edges")
-
-
-def require_explained_parts(image: Floats32, unexplained_max: float, watch: Watch = UNWATCHED) -> None:
-    """Refuse ``image`` [h, w, 3 or 4] if a few small parts of it leave far more unexplained than all of it may.
-
-    It takes a tenth of the time that the regions of a whole photo take. A small picture is not looked at, and none once
-    the ``watch`` is over.
-
-    Raises:
-        NotFlatArtError: they leave more than `REGIONS.parts_factor` times as much.
-    """
-    (height, width), side, count = image.shape[:2], REGIONS.parts_side, REGIONS.parts
-    if math.isinf(unexplained_max) or height * width < 2 * count * side**2:
-        return
-    found = []
-    for k in range(count):
-        if watch.is_over():
-            return
-        top, left = (int(max(size - side, 0) * (place + 0.5) / count)
-                     for size, place in ((height, k), (width, 2 * k % count)))  # fmt: skip
-        part = np.ascontiguousarray(image[top : top + side, left : left + side])
-        found.append(unexplained(find_regions(part, watch=watch).mixed(), part) ** 2)
-    _require(float(np.sqrt(np.mean(found))), REGIONS.parts_factor * unexplained_max)
 
 
 def _explains_as_well(worded: tuple[Assignment, Paints], plain: tuple[Assignment, Paints], image: Floats32) -> bool:
@@ -230,11 +181,6 @@ def unexplained(shown: Floats32, image: Floats32, where: Mask | None = None) -> 
     """
     difference = (shown - premultiplied(image))[..., :3]
     return 255.0 * float(np.sqrt(np.mean((difference if where is None else difference[where]) ** 2)))
-
-
-def _require(left: float, most: float) -> None:
-    if left > most:
-        raise NotFlatArtError(f"plain areas miss it by {left:.0f} levels")
 
 
 def _require_flat_art(seeds: Integers32) -> None:
