@@ -4,20 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from damage import as_jpeg, drawn, levels_of
 
 import warpvec.flat.regions.regions as regions_module
 from warpvec.flat.constants.drawing import DRAWING
-from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.fewer_regions import with_fewer_regions
-from warpvec.flat.regions.paint_fitting import flat_paints
 from warpvec.flat.regions.regions import (
     NotFlatArtError,
     Regions,
     find_regions,
-    require_explained,
-    require_explained_parts,
     require_few_edges,
 )
 from warpvec.flat.scene_building import scene_of
@@ -99,34 +94,3 @@ def test_late_regions_have_flat_paints() -> None:
 def test_an_outline_that_shows_at_one_point_is_no_ellipse() -> None:
     points = np.random.default_rng(1).random((20, 2))
     assert ellipse_of(points, np.eye(20)[3]) is None
-
-
-def test_regions_explain_a_drawing_as_jpeg_but_no_texture() -> None:
-    flat = (levels_of(as_jpeg(drawn(400), 60)) / 255.0).astype(np.float32)
-    require_explained(find_regions(flat), flat, MODE_CHOICE.unexplained_max)
-    waves = np.sin(np.indices((120, 120)).sum(0) / 3.0) * np.sin(np.indices((120, 120))[0] / 5.0)
-    texture = np.repeat(0.5 + 0.25 * waves[..., None], 3, 2).astype(np.float32)
-    with pytest.raises(NotFlatArtError, match="plain areas miss it by"):
-        require_explained(find_regions(texture), texture, MODE_CHOICE.unexplained_max)
-    require_explained_parts(flat, MODE_CHOICE.unexplained_max)
-    with pytest.raises(NotFlatArtError, match="plain areas miss it by"):
-        require_explained_parts(np.tile(texture, (3, 4, 1)), MODE_CHOICE.unexplained_max)
-
-
-def test_few_regions_may_leave_more_than_many() -> None:
-    row, column = np.indices((64, 64))
-    ripple = (np.where((row + column) % 2, 6.0, -6.0) / 255.0).astype(np.float32)[..., None]
-
-    def check(side: int, is_jpeg: bool = False) -> None:
-        label = (row // side * (64 // side) + column // side).astype(np.int32)
-        values = np.random.default_rng(0).uniform(0.2, 0.8, (label.max() + 1, 4)).astype(np.float32)
-        values[:, 3] = 1.0
-        found = Regions(label, label, np.ones((64, 64), np.float32), flat_paints(values))
-        require_explained(found, found.mixed()[..., :3] + ripple, MODE_CHOICE.unexplained_max, is_jpeg)
-
-    check(32)
-    check(12, is_jpeg=True)
-    with pytest.raises(NotFlatArtError, match="miss it by 6 levels"):
-        check(12)
-    with pytest.raises(NotFlatArtError, match="miss it by 6 levels"):
-        check(8, is_jpeg=True)

@@ -148,3 +148,12 @@ def test_light_drawings_on_dark_of_two_levels_are_black_and_white_art() -> None:
     assert choose_mode(light).mode == "mono"
     dithered = Image.fromarray(np.tile(np.linspace(0, 160, SIDE).astype(np.uint8), (SIDE, 1))).convert("1")
     assert choose_mode(np.asarray(dithered.convert("RGB"), np.float32) / 255.0).mode != "mono"
+
+
+def test_a_grey_logo_with_noise_keeps_its_grey_and_a_scan_becomes_ink() -> None:
+    grey = np.full((SIDE, SIDE, 3), 255.0)
+    grey[60:200, 60:200] = 51.0
+    noise = np.random.default_rng(3).normal(0.0, 2.0, grey.shape)
+    noisy = (np.rint(grey + noise).clip(0.0, 255.0) / 255.0).astype(np.float32)
+    assert choose_mode(noisy, was_noisy=True).mode == "flat"
+    assert choose_mode(np.asarray(scan(), np.float32) / 255.0, was_noisy=True).mode == "mono"

@@ -173,6 +173,12 @@ def _is_of_two_levels(image: Floats32) -> bool:
     return edge_count(grey < 0.5) <= MODE_CHOICE.edges_max * grey.size and has_two_levels(grey)
 
 
+def _is_one_paint(ink: Floats) -> bool:
+    """Return whether the greys of ``ink`` [n] are one colour, as somebody drew it: ink on paper is uneven."""
+    low, high = np.quantile(ink, [0.05, 0.95])
+    return bool(high - low <= MODE_CHOICE.still_change)
+
+
 def _is_black_and_white(levels: Levels, change: Levels, was_noisy: bool) -> bool:
     """Return whether the picture has nothing but dark ink on light paper, with strong edges."""
     if ((levels.max(2) - levels.min(2)) > MODE_CHOICE.grey_max).mean() > MODE_CHOICE.colored_max:
@@ -192,7 +198,8 @@ def _is_black_and_white(levels: Levels, change: Levels, was_noisy: bool) -> bool
     ):
         return False
     is_far = ~_widened(is_strong, MODE_CHOICE.edge_reach)
-    is_scan = was_noisy or (bool(is_far.any()) and float(np.median(change[is_far])) >= MODE_CHOICE.scan_noise)
+    is_rough = was_noisy or (bool(is_far.any()) and float(np.median(change[is_far])) >= MODE_CHOICE.scan_noise)
+    is_scan = is_rough and not _is_one_paint(ink)
     is_shade = np.minimum(np.abs(grey - black), np.abs(grey - white)) > MODE_CHOICE.shade_levels
     if is_scan:
         is_shaded = (is_far & (change > MODE_CHOICE.shade_step)).mean() > MODE_CHOICE.shade_step_share_max

@@ -14,10 +14,8 @@ from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
-from warpvec.flat.evidence.evidence import Evidence
-from warpvec.flat.explanation import photo_factor
+from warpvec.flat.explanation import is_shorter_as_photo
 from warpvec.flat.mode_choice import Levels, flatness, shares_of_image
-from warpvec.flat.regions.regions import find_regions
 from warpvec.image.spread import spread
 
 
@@ -125,9 +123,7 @@ def _is_flat_box(image: Floats32) -> bool:
 
 def _is_photo(place: tuple[slice, ...], image: Floats32, jpeg: Jpeg | None) -> bool:
     """Return whether a photo says the part of ``image`` [h, w, 3] at a ``place`` more briefly than regions do."""
-    part = np.ascontiguousarray(image[_middle(place)])
-    found = find_regions(part, is_jpeg=jpeg is not None)
-    return photo_factor(found, Evidence.of(part, jpeg)) > 1.0
+    return is_shorter_as_photo(np.ascontiguousarray(image[_middle(place)]), jpeg)
 
 
 def _middle(place: tuple[slice, ...]) -> tuple[slice, ...]:

@@ -16,11 +16,9 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
-from warpvec.image.alpha import is_transparent
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import Restoration, shown_at_usual_size
-from warpvec.svg.measure import draw_like
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.condition.condition import Condition
@@ -160,7 +158,7 @@ def _textures(request: Request, condition: Condition | None) -> Mask | None:
 
 def _blocks_of(request: Request, condition: Condition | None) -> Jpeg | None:
     """Return what the copy of the picture was saved as; None for no JPEG, or if its blocks are no longer those."""
-    is_whole = request.picture.sharp_copy is request.picture.pixels
+    is_whole = request.picture.reduced is request.picture.pixels and request.picture.blocks == 1
     return condition.jpeg if condition is not None and is_whole else None
 
 
@@ -235,6 +233,11 @@ def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Co
         is_exact = found is not None and found.is_of_whole_pixels
         if (found is None or is_exact) and are_pixels_meant(reduced, color_tolerance(condition), is_exact):
             return ModeChoice("pixel", "few colours, edges between whole pixels")
+        if found is None and condition.palette is not None and condition.palette.has_two_levels:
+            from warpvec.flat.pixels.two_colors import are_pixels_shorter
+
+            if are_pixels_shorter(reduced):
+                return ModeChoice("pixel", "two colours, shortest by whole pixels")
     choice = choose_mode(reduced, condition is not None and any(condition.noise))
     has_colors = settings.colors > 0 or settings.palette is not None
     if choice.is_doubtful and not _is_like_picture(settings):
@@ -255,7 +258,8 @@ def color_tolerance(condition: Condition | None) -> int:
 def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None) -> bool:
     """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it.
 
-    It may be far from a poor JPEG, or have thin lines at other places, and still say the picture more briefly.
+    It may be far from a poor JPEG, or have thin lines at other places, and its regions still say the picture more
+    briefly than a photo.
     """
     settings = request.settings
     is_cut_short = request.watch.facts().interrupted or settings.time_budget is not None
@@ -265,13 +269,9 @@ def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None)
     is_free = settings.mode == "flat" and is_alike and not is_bounded and not is_icon
     if not is_free or drawing.psnr_as_fitted >= FLAT_PSNR_MIN:
         return False
-    from warpvec.flat.explanation import drawing_factor
+    from warpvec.flat.explanation import is_shorter_as_photo
 
-    pixels = request.picture.pixels
-    if is_transparent(pixels):
-        return True
-    jpeg = None if condition is None else condition.jpeg
-    return drawing_factor(drawing.scene, draw_like(drawing.text, pixels), pixels, jpeg) > 1.0
+    return is_shorter_as_photo(request.picture.reduced, _blocks_of(request, condition))
 
 
 def _is_like_picture(settings: FitConfig) -> bool:

@@ -25,7 +25,7 @@ def are_pixels_meant(image: Floats32, tolerance: int, is_enlarged: bool) -> bool
     cells = _placed_cells(image, tolerance)
     if cells is None:
         return False
-    sides, corners = _sides_and_corners(cells)
+    sides, corners = sides_and_corners(cells)
     run_max = PIXELS.small_run_max if longest <= PIXELS.small_side else PIXELS.run_max
     is_code = len(cells.colors) > 2 or corners >= PIXELS.code_corners * cells.label.size
     return corners >= PIXELS.corners_min and sides / corners <= run_max and is_code
@@ -39,7 +39,7 @@ def are_rectangles(image: Floats32) -> bool:
     cells = _placed_cells(image, 0)
     if cells is None:
         return False
-    sides, corners = _sides_and_corners(cells)
+    sides, corners = sides_and_corners(cells)
     least = PIXELS.rectangle_run_min if corners < PIXELS.corners_min else PIXELS.run_max
     return corners > 0 and sides / corners >= least
 
@@ -80,7 +80,7 @@ def _lies_between(before: Integers, middle: Integers, after: Integers, least: in
     return np.asarray(is_inside & difference[0] & difference[1] & is_mix)
 
 
-def _sides_and_corners(cells: Cells) -> tuple[int, int]:
+def sides_and_corners(cells: Cells) -> tuple[int, int]:
     """Return the number of sides between pixels of two colours, and of corners at which these sides turn."""
     label = cells.label
     level, upright = label[1:] != label[:-1], label[:, 1:] != label[:, :-1]
