@@ -16,26 +16,29 @@ from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.making import made_once
 
 
-def threads_per_path(lanes: Lanes) -> int:
-    """Return the number of threads that share a path: a warp on CUDA, one on a CPU (where lanes are not threads)."""
-    return REDUCED_LANES if lanes.width == 1 else 1
+def threads_per_path(lanes: Lanes, by_axis: bool = False) -> int:
+    """Return the number of threads that share a path: a warp on CUDA, one on a CPU (where lanes are not threads).
+
+    ``by_axis`` it is even, so that each takes the values of one axis.
+    """
+    return REDUCED_LANES if lanes.width == 1 else 1 + by_axis
 
 
 @made_once
-def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Make ``step_population``."""
-    dtype, vec3 = lanes.dtype, lanes.vec3
+def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
+    """Make ``step_population``; ``by_axis`` the unit of points differs across and down."""
+    dtype, vec2, vec3 = lanes.dtype, lanes.vec2, lanes.vec3
     array2d, array3d = wp.array2d(dtype=dtype), wp.array3d(dtype=dtype)
     one = wp.constant(dtype(1.0))
     optimizer = make_functions(lanes)
-    parts = wp.constant(threads_per_path(lanes))
-    module = stage_module("population", lanes)
+    parts = wp.constant(threads_per_path(lanes, by_axis))
+    module = stage_module("population" + "_by_axis" * by_axis, lanes)
 
     @wp.kernel(module=module)
     def step_population(
         first: int,
         path_count: int,  # N
-        half_side: dtype,  # px
+        unit: vec2,  # px, across and down; equal unless ``by_axis``
         color_form: int,
         rates: wp.vec3d,  # learning rates of points, colours and opacities
         factor: wp.array(dtype=wp.float64),  # [1] multiplies the rates; if it is negative, nothing changes
@@ -66,6 +69,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         item = first + wp.tid()
         path = item // parts
         part = item - path * parts
+        scale = unit[0]
+        if wp.static(by_axis):
+            scale = unit[part % 2]
         age = path_age[path]
         first_step = age == wp.int64(1)
         bias = optimizer.corrections(age, log_betas)
@@ -83,7 +89,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 if own_age != age:
                     own_bias = optimizer.corrections(own_age, log_betas)
                 optimizer.update_row(
-                    segment, stop - segment, part, parts, wp.static(SCALED), half_side, own_age == wp.int64(1),
+                    segment, stop - segment, part, parts, wp.static(SCALED), scale, own_age == wp.int64(1),
                     lr_points, betas, own_bias, eps, adj_segments,
                     segments[0], segments[1], segments[2], segments[3], segments[4], scene_segments,
                 )  # fmt: skip

@@ -429,6 +429,15 @@ class CoreSettings:
         0.02, _SHARE, "Ratio of the final and the initial learning rate, for cosine decay.", OPTIMIZER
     )
     """Final learning rate divided by the initial one, under cosine decay."""
+    axis_rates: bool = photo_setting(
+        False, Flag(), "Measure the rate of the control points by half of each side, not of the longer one.", OPTIMIZER
+    )
+    """Take the learning rate of the control points in units of half the width across, and of half the height down."""
+    common_age: bool = photo_setting(
+        False, Flag(), "Let new paths take the optimizer's count of steps from the others.", OPTIMIZER
+    )
+    """Give new paths the age of the first ones, as one counter for all does in the code of the published methods: their
+    averages start at zero and count as old, so that their first steps are shorter."""
     color_parameter: str = photo_setting(
         "direct", Choice(("direct", "logit")), "Optimize colours directly (direct) or through a sigmoid (logit).",
         OPTIMIZER,

@@ -26,7 +26,6 @@ from warpvec.fit.population import Population, do_nothing
 from warpvec.fit.population_state import check_scene
 from warpvec.fit.ramps import GradientChoice
 from warpvec.fit.record import FitRecord, check_history
-from warpvec.fit.regularization import Regularization
 from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
 from warpvec.fit.state_form import row_count
@@ -121,7 +120,7 @@ class _Fit:
         if is_transparent(image):
             # Soft alpha needs translucent paths.
             config = replace(config, opacity_weight=0.0)
-        self._regularization = Regularization(height, width, config, device, path_model(config).degree)
+        self._regularization = path_model(config).regularizer(height, width, config, device)
         self._small_paths = SmallPaths(self._target, config)
         self._gradients = GradientChoice(self._target, config)
         self._nodes = NodeExchange(config, start)
@@ -137,7 +136,7 @@ class _Fit:
             first = first_paths(self._image, config, self._policy)
         else:
             first = given_paths(self._image, config, self._target, start)
-        self._population = Population(first, config, max(height, width) / 2, self._grid)
+        self._population = Population(first, config, max(height, width) / 2, self._grid, (width / 2.0, height / 2.0))
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
 
@@ -157,6 +156,7 @@ class _Fit:
             self._sort()
             if self._grid is not None:
                 self._grid.begin(self._iteration, self._iteration_count)
+            self._policy.look(self._population, self._iteration + 1, self._iteration_count, self._target.squared_error)
             wants_removal_cost = self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count)
             wants_removal_cost = wants_removal_cost or self._is_trimming()
             self._outlines = None

@@ -27,7 +27,8 @@ from warpvec.geometry.scene import Scene, straightened
 class Population:
     """N paths as free parameters, stepped by Adan. ``warpvec/fit/adan.py`` explains the step and the age of a row.
 
-    Points are in units of half the canvas's longer side, as learning rates are. Opacities are logits. Colours are
+    Points are in units of half the canvas's longer side, as learning rates are; with ``config.axis_rates`` of half of
+    each side. Opacities are logits. Colours are
     themselves or logits, depending on ``config.color_parameter``. The background is optimized too, unless
     ``config.backdrop`` fixes it or the scene is transparent; a palette applies to a fixed background as well. The live
     scene is rounded to the ``grid``, if there is one.
@@ -43,11 +44,20 @@ class Population:
     _copy: Scene | None
     _prefix_counts: list[int] | None
 
-    def __init__(self, scene: Scene, config: FitConfig, half_side: float, grid: WrittenGrid | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        config: FitConfig,
+        half_side: float,
+        grid: WrittenGrid | None = None,
+        half_sides: tuple[float, float] | None = None,
+    ) -> None:
         self.before_use: Callable[[], None] = do_nothing
         self._grid = grid
         self._config = config
-        self._parameters = Parametrization(half_side, config.color_parameter == "logit")
+        self._parameters = Parametrization(
+            half_side, config.color_parameter == "logit", half_sides if config.axis_rates else None
+        )
         self._fixed_background = has_fixed_background(config, scene)
         self._opacity = FIXED_OPACITIES.get(config.opacity)
         self._palette: Palette | None = None
@@ -237,10 +247,11 @@ class Population:
         self.before_use()
         new = self._parameters.fresh_rows(scene)
         added = self._parameters.to_scene(new, scene)
-        ages = self._segment_age.new_zeros(scene.structure.segment_count)
+        age = self._age[-1:] if self._config.common_age else self._age.new_zeros(1)
+        ages = age.expand(scene.structure.segment_count)
         self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
         self._segment_age = torch.cat([self._segment_age, ages])
-        self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
+        self._age = torch.cat([self._age[:-1], age.expand(len(scene)), self._age[-1:]])
         self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
         self._created += len(scene)
         if self._palette is not None:

@@ -45,15 +45,16 @@ class PopulationStep:
         """
         dtype = wp.dtype_from_torch(scene.segments.dtype)
         lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, dtype)
-        self._kernel, self._threads_per_path = make_kernels(lanes).step_population, threads_per_path(lanes)
+        unit, by_axis = self._parameters.unit, self._parameters.by_axis
+        self._kernel = make_kernels(lanes, by_axis).step_population
+        self._threads_per_path = threads_per_path(lanes, by_axis)
         color_form = SIGMOID if self._parameters.logit_color else CLAMPED
         log_betas = lanes.vec3(*(math.log(beta) for beta in BETAS))
         rates = [wp.vec3d(*self._rates), as_warp(self.factor, wp.float64)]
         betas = [lanes.vec3(*BETAS), log_betas, lanes.dtype(EPS)]
         age_arrays = [as_warp(age, wp.int64) for age in ages]
         first_segment = as_warp(scene.structure.path_first_segment, wp.int32)
-        half_side = lanes.dtype(self._parameters.half_side)
-        self._settings = [len(scene), half_side, color_form, *rates, *betas, first_segment, *age_arrays]
+        self._settings = [len(scene), lanes.vec2(*unit), color_form, *rates, *betas, first_segment, *age_arrays]
         outputs = (scene.segments.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
         self._arrays = [as_warp(values, dtype) for values in (*planes, *outputs)]
 
