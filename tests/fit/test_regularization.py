@@ -3,7 +3,7 @@
 import pytest
 import torch
 from compound import compound_scene, split_into_loops
-from regularization_cases import CUBIC_SCENES, HEIGHT, SIDE_SCENES, WIDTH, polygon, random_points, scattered, to_pixels
+from regularization_cases import CUBIC_SCENES, HEIGHT, WIDTH, polygon, random_points, to_pixels
 from sweep import sweep
 
 from warpvec.config.fit_config import FitConfig

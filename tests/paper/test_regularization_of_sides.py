@@ -12,8 +12,8 @@ from sweep import sweep
 from warpvec.config.presets import make_config
 from warpvec.fit import regularization
 from warpvec.fit.regularization import opacity_loss
-from warpvec.geometry.scene import Scene
 from warpvec.geometry.circles import circle_sides
+from warpvec.geometry.scene import Scene
 from warpvec.paper.side_terms import SideTerms, side_terms, side_xing_loss
 
 # 5 of the 64 samples of a side.

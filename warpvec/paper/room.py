@@ -83,7 +83,7 @@ ROOM = Room(
         "splat": "the paper's Gaussians",
         "sides": "two curves, for splat",
         "replacement": "Bezier Splatting's",
-        "stratification": "the paper's, as its code has it",
+        "stratification": "its code's",
     },
     short_fits=(
         {"preset": "paper", "samples": 2, "lines": 1},
