@@ -357,10 +357,10 @@ class CoreSettings:
 
     policy: str = photo_setting(
         "scaffolding", Choice(("scaffolding", *added_names("policies"))),
-        with_added_names("Policy: scaffolding (Algorithm 1 of the paper)", "policies"), POPULATION, is_binding=True,
+        with_added_names("Policy: scaffolding (Algorithm 1)", "policies"), POPULATION, is_binding=True,
     )  # fmt: skip
-    """"scaffolding": Algorithm 1 of the paper, with recycling. "replacement": Bezier Splatting's, with all N paths from
-    the start."""
+    """"scaffolding": Algorithm 1 of the paper, with recycling. "stratification": the same as its authors' code has it,
+    without recycling. "replacement": Bezier Splatting's, with all N paths from the start."""
     z_order: str = photo_setting(
         "creation", Choice(("creation", "area")), "Paths on top: creation (the newest) or area (the smallest).",
         POPULATION,

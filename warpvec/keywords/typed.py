@@ -83,7 +83,7 @@ class Keywords(TypedDict, total=False):
     fit_size: int
     """Longest side of the image that is fitted, in pixels."""
     policy: Literal["scaffolding", "replacement", "stratification"]
-    """Policy: scaffolding (Algorithm 1 of the paper) or replacement (Bezier Splatting's) or stratification (its code's)."""
+    """Policy: scaffolding (Algorithm 1) or replacement (Bezier Splatting's) or stratification (its code's)."""
     z_order: Literal["creation", "area"]
     """Paths on top: creation (the newest) or area (the smallest)."""
     initial_curves: int
