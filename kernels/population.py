@@ -26,7 +26,7 @@ def threads_per_path(lanes: Lanes, by_axis: bool = False) -> int:
 
 @made_once
 def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
-    """Make ``step_population``; ``by_axis`` the unit of points differs across and down."""
+    """Make ``step_population`` and ``begin_step``; ``by_axis`` the unit of points differs across and down."""
     dtype, vec2, vec3 = lanes.dtype, lanes.vec2, lanes.vec3
     array2d, array3d = wp.array2d(dtype=dtype), wp.array3d(dtype=dtype)
     one = wp.constant(dtype(1.0))
@@ -37,7 +37,8 @@ def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
     @wp.kernel(module=module)
     def step_population(
         first: int,
-        path_count: int,  # N
+        path_count: int,  # N, or room for so many; the background follows
+        counts: wp.array(dtype=int),  # [1] paths that there are
         unit: vec2,  # px, across and down; equal unless ``by_axis``
         color_form: int,
         rates: wp.vec3d,  # learning rates of points, colours and opacities
@@ -69,6 +70,8 @@ def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
         item = first + wp.tid()
         path = item // parts
         part = item - path * parts
+        if path < path_count and path >= counts[0]:
+            return
         scale = unit[0]
         if wp.static(by_axis):
             scale = unit[part % 2]
@@ -109,4 +112,33 @@ def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
                 scene_background,
             )  # fmt: skip
 
-    return bundle(step_population)
+    @wp.kernel(module=module)
+    def begin_step(
+        first: int,
+        path_count: int,
+        segment_count: int,
+        step_fits: wp.array(dtype=wp.float64),  # [1] 1, or -1 if there was no room to draw the paths
+        factors: wp.array(dtype=wp.float64),  # [steps] of the learning rates of the coming steps
+        # in and out
+        fits: wp.array(dtype=wp.float64),  # [1] the same of all steps so far
+        position: wp.array(dtype=int),  # [1] steps begun, into ``factors``
+        segment_age: wp.array(dtype=wp.int64),  # [R]
+        path_age: wp.array(dtype=wp.int64),  # [N + 1]
+        # outputs
+        factor: wp.array(dtype=wp.float64),  # [1] for ``step_population``
+    ):
+        """Take the factor of a step, and age what it steps; without room, now or before, nothing changes."""
+        item = first + wp.tid()
+        # Every item may read this before or after item 0 has written it: the result is the same.
+        all_fit = wp.min(fits[0], step_fits[0])
+        if all_fit > wp.float64(0.0):
+            if item < segment_count:
+                segment_age[item] = segment_age[item] + wp.int64(1)
+            if item <= path_count:
+                path_age[item] = path_age[item] + wp.int64(1)
+        if item == 0:
+            factor[0] = wp.where(all_fit > wp.float64(0.0), factors[position[0]], wp.float64(-1.0))
+            fits[0] = all_fit
+            position[0] = position[0] + 1
+
+    return bundle(step_population, begin_step)

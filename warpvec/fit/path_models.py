@@ -14,10 +14,21 @@ from warpvec.geometry.scene import Scene
 
 
 class Regularizer(Protocol):
-    """The regularizers of the paths of one fit."""
+    """The regularizers of the paths of one fit.
 
-    def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        """Add their dL/dsegments [R, M, 2] and dL/dopacity [N], in place."""
+    Attributes:
+        can_record: whether a graph can record them.
+    """
+
+    can_record: bool
+
+    def add_adjoint(
+        self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor, counts: Tensor | None = None
+    ) -> None:
+        """Add their dL/dsegments [R, M, 2] and dL/dopacity [N], in place.
+
+        ``counts`` [1] (int32), on the device, is the number of paths that there are, if the scene has room for more.
+        """
 
 
 class PathModel(Protocol):

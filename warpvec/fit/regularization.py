@@ -53,24 +53,45 @@ def regularization(points: Tensor, opacity: Tensor, width: float, height: float,
 
 
 class Regularization:
-    """The adjoints of `regularization` for a canvas and the weights of ``config``."""
+    """The adjoints of `regularization` for a canvas and the weights of ``config``.
+
+    Attributes:
+        can_record: True: its work is launches of kernels alone.
+    """
+
+    can_record = True
 
     def __init__(self, height: int, width: int, config: FitConfig, device: str) -> None:
         self._pixel = (2.0 / width, 2.0 / height)
         self._weights = (config.xing_weight * XING_SCALE, config.bezier_weight, config.opacity_weight)
         self._launch = Launcher(device, threads=1)
         self._buffers = self._launch.make_buffers()
+        self._counts, self._path_count = torch.zeros(1, dtype=torch.int32, device=device), 0
 
-    def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        """Add dL/dsegments [R, 3, 2] and dL/dopacity [N] of `regularization`, in place."""
+    def add_adjoint(
+        self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor, counts: Tensor | None = None
+    ) -> None:
+        """Add dL/dsegments [R, 3, 2] and dL/dopacity [N] of `regularization`, in place.
+
+        ``counts`` [1] (int32), on the device, is the number of paths that there are, if the scene has room for more.
+        """
         lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
         structure, view = scene.structure, self._buffers.view
         points = view("segments", scene.segments, lanes.vec2, -1, 2)
         names = ("path_first_segment", "segment_next", "segment_previous")
         rows = [view(name, getattr(structure, name), wp.int32) for name in names]
-        inputs = [points, view("opacity", scene.opacity, lanes.dtype), *rows, len(scene), *self._settings(lanes)]
+        if counts is None:
+            counts = self._count_of(scene)
+        count = view("counts", counts, wp.int32)
+        inputs = [points, view("opacity", scene.opacity, lanes.dtype), *rows, count, *self._settings(lanes)]
         outputs = [view("adj_segments", adj_segments, lanes.vec2, -1, 2), view("adj_opacity", adj_opacity, lanes.dtype)]
         self._launch(kernels.make_kernels(lanes).add_regularizers, len(scene), [*inputs, *outputs])
+
+    def _count_of(self, scene: Scene) -> Tensor:
+        if self._path_count != len(scene):
+            self._path_count = len(scene)
+            self._counts.fill_(self._path_count)
+        return self._counts
 
     def _settings(self, lanes: Lanes) -> list[Any]:
         return [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]

@@ -94,6 +94,10 @@ class Replacement:
     ) -> None:
         """Do nothing: new paths lie where the image is wrong after the step."""
 
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether paths are removed or added after ``iteration``."""
+        return replacement_due(iteration, self._config, iterations) is not None
+
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return False: removal depends on shape, opacity and neighbours."""
         return False

@@ -25,14 +25,23 @@ TRIPLE = 3
 
 
 class SideTerms:
-    """The adjoints of `side_terms` for a canvas and the weights of ``config``."""
+    """The adjoints of `side_terms` for a canvas and the weights of ``config``.
+
+    Attributes:
+        can_record: False: autograd makes memory of its own.
+    """
+
+    can_record = False
 
     def __init__(self, height: int, width: int, config: FitConfig) -> None:
         self._height, self._width, self._config = height, width, config
 
     @torch.enable_grad()
-    def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `side_terms`, in place."""
+    def add_adjoint(
+        self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor, counts: Tensor | None = None
+    ) -> None:
+        """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `side_terms`, in place; ``counts`` must be None."""
+        assert counts is None
         points, opacity = scene.points.detach().requires_grad_(), scene.opacity.detach().requires_grad_()
         value = side_terms(points, opacity, self._width, self._height, self._config)
         gradients = torch.autograd.grad(value, (points, opacity))

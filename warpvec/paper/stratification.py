@@ -68,7 +68,7 @@ class Stratification(Scaffolding):
         self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
     ) -> None:
         """Keep the error of the present paths if an inflation follows ``iteration``, which is about to step them."""
-        if self._generation_due(iteration, iterations) > self._generation:
+        if self.is_due(iteration, iterations):
             self._error = squared_error(population.scene)
 
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:

@@ -36,6 +36,9 @@ class Policy(Protocol):
     ) -> None:
         """Look at the paths before ``iteration`` (the first is 1) steps them; arguments as in :meth:`update`."""
 
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether :meth:`update` after ``iteration`` changes paths without their removal costs."""
+
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`update` after ``iteration`` (the first is 1) needs each path's removal cost."""
 

@@ -53,6 +53,10 @@ class Scaffolding:
     ) -> None:
         """Do nothing: new paths lie where the image is wrong after the step."""
 
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether an inflation follows ``iteration``."""
+        return self._generation_due(iteration, iterations) > self._generation
+
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return whether a recycling follows ``iteration`` (the first is 1); it needs each path's removal cost."""
         full = self._generation >= schedule.inflation_count(self._config)
