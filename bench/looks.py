@@ -1,8 +1,9 @@
-"""Measures of how alike two images look, beside PSNR and SSIM: LPIPS with two backbones, and SSIMULACRA2.
+"""Measures of how alike two images look, beside PSNR and SSIM: LPIPS with two backbones, SSIMULACRA2, and two more.
 
-Two measures are those of the evaluation that Vector Scaffolding's authors released (full_eval.py of
-ironjr/vector-scaffolding at 2b11004), to be compared with the paper's columns: SSIM with the Gaussian window of 3D
-Gaussian Splatting, and LPIPS (VGG) of images in [0, 1] where its network expects [-1, 1], which is not LPIPS as defined.
+These two are what the evaluation that Vector Scaffolding's authors released takes (full_eval.py of
+ironjr/vector-scaffolding at 2b11004), and so what the paper's columns can be compared with: SSIM with the Gaussian
+window of 3D Gaussian Splatting, and LPIPS (VGG) of images in [0, 1] where its network expects [-1, 1], which is not
+LPIPS as defined.
 
 Each needs something that the benchmarks do not bring: LPIPS its weights (`lpips_weights`), SSIMULACRA2 the package
 ``ssimulacra2``. A measure whose need is not there is left out, and no other number takes its place.

@@ -45,8 +45,8 @@ FIELDS = (
     "key", "image", "width", "height", "preset", "curves", "paths", "settings", *_MEASURES,
     "bytes", "iterations", "seconds", "device", "source",
 )  # fmt: skip
-"""Columns of the CSV. ``paths`` are those of the fitted scene, which may be fewer than ``curves``. ``settings`` are those that differ from the preset, without the curves; ``seconds`` are those of
-the fit only."""
+"""Columns of the CSV. ``paths`` are those of the fitted scene, which may be fewer than ``curves``. ``settings`` are
+those that differ from the preset, without the curves; ``seconds`` are those of the fit only."""
 
 # Settings that determine which kernels a fit runs.
 _KERNEL_SETTINGS = (

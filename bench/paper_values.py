@@ -37,7 +37,7 @@ TABLE_2: Quantitative = {
 """DIV2K: (preset, curves) -> means."""
 
 BASELINE_NOTE_1 = "Its rows of Bezier Splatting are as Bezier Splatting prints them."
-BASELINE_NOTE_2 = "Its rows of Bezier Splatting are as Bezier Splatting prints them, over 200 pictures of DIV2K; its own are over 800."
+BASELINE_NOTE_2 = "Its rows of Bezier Splatting are as printed there, over 200 pictures of DIV2K; its own are over 800."
 COLUMNS_NOTE = (
     "Its SSIM can be compared with SSIM (Gaussian 11) alone, and its LPIPS with LPIPS (VGG, fed [0, 1]) alone: the "
     "evaluation that its authors released takes both so. No other column has a value of the paper."

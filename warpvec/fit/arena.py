@@ -96,8 +96,8 @@ class Arena:
         self.segment_age[:rows] = held.segment_age
         self.age[:count], self.age[-1:] = held.age[:count].clone(), held.age[-1:].clone()
         self.counts.fill_(count)
-        memory = {"color": padded.color[:count], "opacity": padded.opacity[:count], "background": padded.background}
-        found = replace(scene, segments=padded.segments[:rows], **memory)
+        color, opacity, background = padded.color[:count], padded.opacity[:count], padded.background
+        found = replace(scene, segments=padded.segments[:rows], color=color, opacity=opacity, background=background)
         own_rows = zip(self.rows, (rows, count, count), strict=True)
         return Held(found, tuple(values[:, :n] for values, n in own_rows), self.segment_age[:rows], self.age)
 

@@ -173,7 +173,7 @@ class _Fit:
                 self._save()
 
     def _advance(self) -> Tensor | None:
-        """Take the next step, or all up to the next look of the host; return the removal costs of the step, if wanted."""
+        """Take the next step, or all up to the next look of the host; return removal costs if the step wants them."""
         iteration, count, removal_cost = self._iteration, self._iteration_count, None
         self._outlines = None
         chained = self._chain_length()
@@ -193,7 +193,7 @@ class _Fit:
         return wants_cost, schedule.is_exchanging_nodes(iteration, self._config, count)
 
     def _chain_length(self) -> int:
-        """Return how many of the next steps the host need not look at before the last one is done; 0 for a plain one."""
+        """Return how many of the next steps can be one chain, after which the host may look; 0 for a step by itself."""
         if self._population.padded is None:
             return 0
         end = min(self._iteration + CHAIN_MAX, self._iteration_count)

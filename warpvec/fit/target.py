@@ -28,8 +28,11 @@ from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer, mean_adjoints
 
-CHORDS_A_SEGMENT, STRIPS_A_PATH, PAIRS_A_TILE, PAIRS_A_PATH = 12, 16, 32, 32
-"""What a graph has room for at least, so that it need not be recorded again; see `least_counts`."""
+CHORDS_A_SEGMENT, STRIPS_A_PATH = 36, 9
+PAIRS_A_TILE, PAIRS_A_PATH = 16, 16
+SLOTS_A_TILE, SLOTS_A_PATH = 8, 12
+"""What a graph has room for at least, so that it need not be recorded again while paths are added: twice the most of
+fits of 512 and 1024 paths to kodim07 at 768 x 512, of 1024 at 384 x 256, and of 128 at 192 x 128."""
 
 
 class OutlineStep(NamedTuple):
@@ -315,12 +318,10 @@ class Target:
 
 
 def least_counts(tile_count: int, path_count: int, segment_count: int) -> Counts:
-    """Return a capacity that fits of so many paths, of so many segments each, on so many tiles hardly exceed.
-
-    Twice the most of a fit of 128 paths of kodim07 at 192 x 128 and of 512 at 768 x 512.
-    """
+    """Return a capacity that fits of so many paths, of so many segments each, on so many tiles hardly exceed."""
     pairs = PAIRS_A_TILE * tile_count + PAIRS_A_PATH * path_count
-    return Counts(CHORDS_A_SEGMENT * segment_count * path_count, STRIPS_A_PATH * path_count, pairs, pairs)
+    slots = SLOTS_A_TILE * tile_count + SLOTS_A_PATH * path_count
+    return Counts(CHORDS_A_SEGMENT * segment_count * path_count, STRIPS_A_PATH * path_count, pairs, slots)
 
 
 def _random_bits(shape: torch.Size, generator: torch.Generator) -> Tensor:
