@@ -430,12 +430,14 @@ class CoreSettings:
     )
     """Final learning rate divided by the initial one, under cosine decay."""
     axis_rates: bool = photo_setting(
-        False, Flag(), "Measure the rate of the control points by half of each side, not of the longer one.", OPTIMIZER
-    )
+        False, Flag(), "Measure the rate of the control points by half of each side, not of the longer one.", OPTIMIZER,
+        stated="if used",
+    )  # fmt: skip
     """Take the learning rate of the control points in units of half the width across, and of half the height down."""
     common_age: bool = photo_setting(
-        False, Flag(), "Let new paths take the optimizer's count of steps from the others.", OPTIMIZER
-    )
+        False, Flag(), "Let new paths take the optimizer's count of steps from the others.", OPTIMIZER,
+        stated="if used",
+    )  # fmt: skip
     """Give new paths the age of the first ones, as one counter for all does in the code of the published methods: their
     averages start at zero and count as old, so that their first steps are shorter."""
     color_parameter: str = photo_setting(

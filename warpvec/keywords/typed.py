@@ -148,8 +148,8 @@ class Keywords(TypedDict, total=False):
     """Let the sizes and directions of Gaussians move the control points."""
     released_adjoint: bool
     """Clip opacities in the adjoint as the code of Vector Scaffolding does."""
-    projection_weight: float
-    """Weight of the projection inside the Bezier regularizer of --path-model sides."""
+    without_projection: bool
+    """Leave the projection out of the Bezier regularizer of --path-model sides."""
     replace_gap: int
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None

@@ -36,7 +36,7 @@ _PAPER: dict[str, Any] = {
     "lr_color": 0.5,
     "lr_opacity": 0.5,
     "lr_decay": "constant",
-    "projection_weight": 0.0,
+    "without_projection": True,
 }
 """What the paper says and, where it is silent, what its authors' code does."""
 

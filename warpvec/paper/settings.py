@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from warpvec.config.kinds import Flag, Real, Whole
-from warpvec.config.limits import MAX_COUNT, MAX_WEIGHT
+from warpvec.config.kinds import Flag, Whole
+from warpvec.config.limits import MAX_COUNT
 from warpvec.config.setting import photo_setting
 from warpvec.errors import InputError
 
@@ -45,16 +45,17 @@ class PaperSettings:
     )
     """Differentiate the sizes and directions of the Gaussians too, not only their positions."""
     released_adjoint: bool = photo_setting(
-        False, Flag(), "Clip opacities in the adjoint as the code of Vector Scaffolding does.", SPLAT, renderer="splat"
-    )
+        False, Flag(), "Clip opacities in the adjoint as the code of Vector Scaffolding does.", SPLAT,
+        renderer="splat", stated="if used",
+    )  # fmt: skip
     """In the adjoint, clip the alpha of a Gaussian at 0.99 and not at 0.999, and let it have a derivative where it is
     clipped, as the released code does."""
-    projection_weight: float = photo_setting(
-        0.01, Real(0.0, MAX_WEIGHT), "Weight of the projection inside the Bezier regularizer of --path-model sides.",
-        SPLAT,
+    without_projection: bool = photo_setting(
+        False, Flag(), "Leave the projection out of the Bezier regularizer of --path-model sides.", SPLAT,
+        stated="if used",
     )  # fmt: skip
-    """Weight of the term that keeps the inner control points of a side between its ends, inside the Bezier regularizer:
-    Bezier Splatting's 0.01. Vector Scaffolding's code has none."""
+    """Leave out the term that keeps the inner control points of a side between its ends, with Bezier Splatting's weight
+    of 0.01 inside the Bezier regularizer. Vector Scaffolding's code has none."""
     replace_gap: int = photo_setting(
         500, Whole(1, MAX_COUNT), "Iterations from removing paths to adding as many, and until the next removal.",
         REPLACEMENT,

@@ -12,6 +12,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.regularization import bezier_loss, opacity_loss
 from warpvec.geometry.scene import Scene
+from warpvec.kernels.constants import PROJECTION_WEIGHT
 from warpvec.paper.settings import paper_settings
 
 TIP_SAMPLES = 5
@@ -60,7 +61,8 @@ def side_terms(points: Tensor, opacity: Tensor, width: float, height: float, con
     """
     own = paper_settings(config)
     half_sides = points.new_tensor([width / 2.0, height / 2.0])
-    tip, projection = TIP_SAMPLES / max(own.samples, 2 * TIP_SAMPLES), own.projection_weight
+    tip = TIP_SAMPLES / max(own.samples, 2 * TIP_SAMPLES)
+    projection = 0.0 if own.without_projection else PROJECTION_WEIGHT
     return (
         config.opacity_weight * opacity_loss(opacity)
         + config.xing_weight * side_xing_loss(points / half_sides)
