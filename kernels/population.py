@@ -74,7 +74,7 @@ def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
             return
         scale = unit[0]
         if wp.static(by_axis):
-            scale = unit[part % 2]
+            scale = wp.where(part % 2 == 0, unit[0], unit[1])
         age = path_age[path]
         first_step = age == wp.int64(1)
         bias = optimizer.corrections(age, log_betas)

@@ -227,7 +227,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
                 low_x = wp.where(is_boundary, floor_x, floor_inside)
                 low_y = wp.where(is_boundary, floor_y, floor_inside)
                 high_y = wp.where(is_boundary, ceiling_y, farthest)
-                free_x, free_y = vector(raw_x), vector(raw_y)
+                free_x, free_y = v.minimum(raw_x, v.spread(farthest)), v.minimum(raw_y, v.spread(farthest))
                 if not is_boundary:
                     free_x = v.minimum(raw_x, sides.most(raw_y, raw_y))
                     free_y = v.minimum(raw_y, sides.most(raw_y, raw_x))
