@@ -141,7 +141,8 @@ class Population:
 
     def begin_chain(self, factors: list[float]) -> None:
         """Let the next calls of `chained_step` multiply the learning rates by ``factors``, at most ``CHAIN_MAX``."""
-        self._take_step.factors[: len(factors)] = torch.tensor(factors, dtype=torch.float64)
+        table = torch.tensor(factors, dtype=torch.float64)
+        self._take_step.factors[: len(factors)].copy_(table, non_blocking=True)  # else the host would wait
         self._take_step.position.zero_()
         self._copy = None
 
