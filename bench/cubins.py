@@ -47,6 +47,7 @@ FACTORY_ARGUMENTS = {
     ],
     "coverage": [(linked,) for linked in _BOTH],
     "pixel_slopes": list(_PAINTS),
+    "population": [(by_axis,) for by_axis in _BOTH],
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],
 }

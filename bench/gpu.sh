@@ -7,7 +7,23 @@
 # The folder is kodak/ by default. Without kodim07.png in it, whole fits use a sample photo of scikit-image, and the steps
 # of kodim07 count as failed. Set PYTHON to choose the interpreter. Parts that fail or run out of time are listed at the
 # end, and the exit status is 1; without a GPU it is 2.
+#
+# With 15 minutes on a GPU, in this order, each command only if it still has the time beside it:
+#
+#   1. 10 min  bench/gpu.sh kodak
+#   2.  1 min  python bench/bench_fit.py kodak/kodim07.png --curves 512 --repeat 3 --no-vtracer --set device=cuda
+#              (if 1 left it out; the aim is 1.5 s a fit, and 0.25 ms a step at 1024 paths in 1)
+#   3.  2 min  python bench/paper.py interior kodak --set device=cuda --out interior.csv
+#              (28.08 dB in the paper, with interior gradients; its seconds to that in interior.fits/*.json)
+#   4.  rest   python bench/paper.py table1 kodak --presets paper,paper-released --set device=cuda --out table1.csv
+#              (each fit is kept; the same command goes on where the time ended)
 set -uo pipefail
+case "${1:-}" in
+    -h | --help)
+        sed -n '2,/^set -uo/{/^set -uo/d;s/^# \{0,1\}//;p}' "$0"
+        exit 0
+        ;;
+esac
 cd "$(dirname "$0")/.." || exit 2
 
 python=${PYTHON:-python}

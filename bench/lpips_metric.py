@@ -44,19 +44,23 @@ class Lpips:
         self._layers = _LAYERS[network]
         self._weights = {name: torch.from_numpy(values) for name, values in weights.items()}
 
-    def __call__(self, a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
-        """Return the LPIPS of two images [h, w, 3], at least 32 pixels high and wide."""
+    def __call__(self, a: NDArray[np.uint8], b: NDArray[np.uint8], is_centered: bool = True) -> float:
+        """Return the LPIPS of two images [h, w, 3], at least 32 pixels high and wide.
+
+        Unless it ``is_centered``, the network gets values in [0, 1] and not, as it was trained, in [-1, 1].
+        """
         with torch.no_grad():
-            stages = zip(self._features(a), self._features(b), strict=True)
+            stages = zip(self._features(a, is_centered), self._features(b, is_centered), strict=True)
             return sum(self._distance(number, *pair) for number, pair in enumerate(stages))
 
     def _distance(self, stage: int, a: Tensor, b: Tensor) -> float:
         channels = self._weights[f"channels{stage}"][:, None, None]
         return float((channels * (a - b).square()).sum(0).double().mean())
 
-    def _features(self, image: NDArray[np.uint8]) -> list[Tensor]:
+    def _features(self, image: NDArray[np.uint8], is_centered: bool) -> list[Tensor]:
         """Return the features of each stage [channels, h, w], of length 1 in each pixel."""
-        values = torch.from_numpy(image / np.float32(127.5) - np.float32(1.0)).permute(2, 0, 1)
+        shown = image / np.float32(127.5) - np.float32(1.0) if is_centered else image / np.float32(255.0)
+        values = torch.from_numpy(shown).permute(2, 0, 1)
         values = (values - torch.tensor(_SHIFT)[:, None, None]) / torch.tensor(_SCALE)[:, None, None]
         found = []
         for number, layer in enumerate(self._layers):

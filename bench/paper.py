@@ -19,7 +19,19 @@ from paper_figures import Tile, by_generation, plot_histories, save_animation, s
 from paper_fits import Case, Photo, Pixels, soft_image
 from paper_study import Study, experiment
 from paper_tables import PSNR, Line, fits_table, quality_table, sweep_table
-from paper_values import HIERARCHY, INTERIOR, LR_REFERENCE, TABLE_1, TABLE_2, TABLE_3, TRAJECTORY, Quantitative
+from paper_values import (
+    BASELINE_NOTE_1,
+    BASELINE_NOTE_2,
+    COLUMNS_NOTE,
+    HIERARCHY,
+    INTERIOR,
+    LR_REFERENCE,
+    TABLE_1,
+    TABLE_2,
+    TABLE_3,
+    TRAJECTORY,
+    Quantitative,
+)
 
 from warpvec.image.metrics import psnr
 
@@ -39,32 +51,33 @@ def main() -> None:
 
 
 _presets_option = click.option(
-    "--presets", callback=comma_separated, default=",".join([*RIVALS, "default"]), show_default=True
-)
+    "--presets", callback=comma_separated, default=",".join([RIVALS[0], "paper-released", RIVALS[1], "default"]),
+    show_default=True,
+)  # fmt: skip
 
 
 @experiment(main, curves="256,512,1024")
 @_presets_option
 def table1(study: Study, presets: list[str]) -> str:
     """Table 1: PSNR, SSIM and LPIPS of the Kodak photos in FOLDER."""
-    return _quality(study, presets, TABLE_1, "means over the 24 photos of the Kodak set")
+    return _quality(study, presets, TABLE_1, "means over the 24 photos of the Kodak set", BASELINE_NOTE_1)
 
 
 @experiment(main, curves="256,512,1024")
 @_presets_option
 def table2(study: Study, presets: list[str]) -> str:
     """Table 2: the same for any photos in FOLDER, beside the paper's values for DIV2K."""
-    return _quality(study, presets, TABLE_2, "means over DIV2K")
+    return _quality(study, presets, TABLE_2, "means over DIV2K", BASELINE_NOTE_2)
 
 
-def _quality(study: Study, presets: Sequence[str], paper: Quantitative, source: str) -> str:
+def _quality(study: Study, presets: Sequence[str], paper: Quantitative, source: str, baseline: str) -> str:
     cases = {
         (preset, count): [study.case(photo, count, preset) for photo in study.photos]
         for count, preset in product(study.curves, presets)
     }
     study.fits.fill(chain.from_iterable(cases.values()))
     groups = {key: study.rows(group) for key, group in cases.items()}
-    return f"{quality_table(groups, paper)}\n\n{_note(source)}"
+    return f"{quality_table(groups, paper)}\n\n{_note(source)} {baseline} {COLUMNS_NOTE}"
 
 
 def _note(source: str) -> str:

@@ -42,11 +42,11 @@ Pixels = NDArray[np.uint8]
 _MEASURES = tuple(f"{image}_{name}" for image in ("soft", "file") for name in ("psnr", "ssim", *NAMES))
 
 FIELDS = (
-    "key", "image", "width", "height", "preset", "curves", "settings", *_MEASURES,
+    "key", "image", "width", "height", "preset", "curves", "paths", "settings", *_MEASURES,
     "bytes", "iterations", "seconds", "device", "source",
 )  # fmt: skip
-"""Columns of the CSV. ``settings`` are those that differ from the preset, without the curves; ``seconds`` are those of
-the fit only."""
+"""Columns of the CSV. ``paths`` are those of the fitted scene, which may be fewer than ``curves``. ``settings`` are
+those that differ from the preset, without the curves; ``seconds`` are those of the fit only."""
 
 # Settings that determine which kernels a fit runs.
 _KERNEL_SETTINGS = (
@@ -262,6 +262,7 @@ def _facts(case: Case, result: Result) -> dict[str, Any]:
         "height": height,
         "preset": case.preset,
         "curves": case.config.curves,
+        "paths": len(result.drawing.fitted),
         "settings": json.dumps(settings),
         "bytes": len(result.svg().encode()),
         "iterations": result.run.iterations,

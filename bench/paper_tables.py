@@ -13,9 +13,17 @@ from looks import NAMES, NEEDS, TITLES
 from paper_values import Quantitative, Sweep
 
 PSNR = ".2f"
-_FORMS = {"psnr": PSNR, "ssim": ".3f", "lpips_vgg": ".3f", "lpips_alex": ".3f", "ssimulacra2": ".1f"}
-_PAPER = {"psnr": "psnr", "ssim": "ssim", "lpips_vgg": "lpips"}
-"""The measures that the paper prints. It does not name the network of its LPIPS."""
+_FORMS = {
+    "psnr": PSNR,
+    "ssim": ".3f",
+    "ssim_gaussian": ".3f",
+    "lpips_vgg": ".3f",
+    "lpips_vgg_released": ".3f",
+    "lpips_alex": ".3f",
+    "ssimulacra2": ".1f",
+}
+_PAPER = {"psnr": "psnr", "ssim_gaussian": "ssim", "lpips_vgg_released": "lpips"}
+"""The measures that the paper prints: which they are follows from the evaluation that its authors released."""
 
 
 class Line(NamedTuple):
@@ -50,14 +58,14 @@ def quality_table(groups: Mapping[tuple[str, int], Sequence[Row]], paper: Quanti
     for metric in _FORMS:
         title = TITLES.get(metric, metric.upper())
         names += [f"{title} soft", f"{title} file", *([f"{title} paper"] if metric in _PAPER else [])]
-    header = ("preset", "curves", "images", *names, "fit s")
+    header = ("preset", "curves", "paths left", "images", *names, "fit s")
     table = markdown_table(header, [_quality_line(group, rows, paper) for group, rows in groups.items()])
     missing = {NEEDS[name] for rows in groups.values() for row in rows for name in NAMES if not row[f"file_{name}"]}
     return "\n".join([table, *(f"\nMissing: {command}" for command in sorted(missing))])
 
 
 def _quality_line(group: tuple[str, int], rows: Sequence[Row], paper: Quantitative) -> list[object]:
-    cells: list[object] = [*group, len(rows)]
+    cells: list[object] = [*group, _mean(rows, "paths", ".0f"), len(rows)]
     for metric, form in _FORMS.items():
         cells += [_mean(rows, f"{image}_{metric}", form) for image in ("soft", "file")]
         if metric in _PAPER:

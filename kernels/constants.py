@@ -106,9 +106,13 @@ BOUNDARY_SIGMA_Y_MAX = 1.0
 """Bounds in pixels of a boundary sample's standard deviation along (x) and across (y) the curve (Bezier Splatting).
 They make an edge as soft as a pixel, whose Gaussians no pixel centre can miss."""
 
-INTERIOR_SIGMA_MIN = 0.25
-"""Minimum standard deviation in pixels of an interior sample. Bezier Splatting has none, and its collapsed paths give
-infinities. A Gaussian of this size and full opacity reaches 0.83 px, and a pixel centre is at most 0.71 px away."""
+THIN_SIGMA, THIN_RATIO = 0.1, 3.0
+"""Where an interior sample is less than the first number across the curve, in pixels, its longer standard deviation is
+at most the second number times the shorter one (Bezier Splatting)."""
+
+SIGMA_MIN_INSIDE = 1.0e-2
+"""Least standard deviation in pixels of an interior sample: its inverse square stays finite, which Bezier Splatting
+leaves to chance. So small a Gaussian reaches a pixel centre from one place in 300; those of a whole path still do."""
 
 TANGENT_MIN = 1.0e-6
 """Length in pixels below which a tangent has no direction; (1, 0) is used instead."""
@@ -118,6 +122,10 @@ SPLAT_ALPHA_MIN = 1.0 / 255.0
 
 SPLAT_ALPHA_MAX = 0.999
 """Maximum alpha of a Gaussian, in the image and in its adjoint, because the adjoint divides by 1 - alpha."""
+
+RELEASED_ALPHA_MAX = 0.99
+"""Maximum alpha by which the adjoint of Vector Scaffolding's code divides, from the backward pass of gsplat's 2D
+kernel. Its forward pass has SPLAT_ALPHA_MAX."""
 
 SPLAT_GROUP = 8
 """Number of neighbouring samples of a line that share a bounding box. The box is tested first: 9 tests for 8 samples

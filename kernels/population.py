@@ -16,26 +16,30 @@ from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.making import made_once
 
 
-def threads_per_path(lanes: Lanes) -> int:
-    """Return the number of threads that share a path: a warp on CUDA, one on a CPU (where lanes are not threads)."""
-    return REDUCED_LANES if lanes.width == 1 else 1
+def threads_per_path(lanes: Lanes, by_axis: bool = False) -> int:
+    """Return the number of threads that share a path: a warp on CUDA, one on a CPU (where lanes are not threads).
+
+    ``by_axis`` it is even, so that each takes the values of one axis.
+    """
+    return REDUCED_LANES if lanes.width == 1 else 1 + by_axis
 
 
 @made_once
-def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Make ``step_population``."""
-    dtype, vec3 = lanes.dtype, lanes.vec3
+def make_kernels(lanes: Lanes, by_axis: bool = False) -> SimpleNamespace:
+    """Make ``step_population`` and ``begin_step``; ``by_axis`` the unit of points differs across and down."""
+    dtype, vec2, vec3 = lanes.dtype, lanes.vec2, lanes.vec3
     array2d, array3d = wp.array2d(dtype=dtype), wp.array3d(dtype=dtype)
     one = wp.constant(dtype(1.0))
     optimizer = make_functions(lanes)
-    parts = wp.constant(threads_per_path(lanes))
-    module = stage_module("population", lanes)
+    parts = wp.constant(threads_per_path(lanes, by_axis))
+    module = stage_module("population" + "_by_axis" * by_axis, lanes)
 
     @wp.kernel(module=module)
     def step_population(
         first: int,
-        path_count: int,  # N
-        half_side: dtype,  # px
+        path_count: int,  # N, or room for so many; the background follows
+        counts: wp.array(dtype=int),  # [1] paths that there are
+        unit: vec2,  # px, across and down; equal unless ``by_axis``
         color_form: int,
         rates: wp.vec3d,  # learning rates of points, colours and opacities
         factor: wp.array(dtype=wp.float64),  # [1] multiplies the rates; if it is negative, nothing changes
@@ -66,6 +70,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         item = first + wp.tid()
         path = item // parts
         part = item - path * parts
+        if path < path_count and path >= counts[0]:
+            return
+        scale = unit[0]
+        if wp.static(by_axis):
+            scale = wp.where(part % 2 == 0, unit[0], unit[1])
         age = path_age[path]
         first_step = age == wp.int64(1)
         bias = optimizer.corrections(age, log_betas)
@@ -83,7 +92,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 if own_age != age:
                     own_bias = optimizer.corrections(own_age, log_betas)
                 optimizer.update_row(
-                    segment, stop - segment, part, parts, wp.static(SCALED), half_side, own_age == wp.int64(1),
+                    segment, stop - segment, part, parts, wp.static(SCALED), scale, own_age == wp.int64(1),
                     lr_points, betas, own_bias, eps, adj_segments,
                     segments[0], segments[1], segments[2], segments[3], segments[4], scene_segments,
                 )  # fmt: skip
@@ -103,4 +112,33 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 scene_background,
             )  # fmt: skip
 
-    return bundle(step_population)
+    @wp.kernel(module=module)
+    def begin_step(
+        first: int,
+        path_count: int,
+        segment_count: int,
+        step_fits: wp.array(dtype=wp.float64),  # [1] 1, or -1 if there was no room to draw the paths
+        factors: wp.array(dtype=wp.float64),  # [steps] of the learning rates of the coming steps
+        # in and out
+        fits: wp.array(dtype=wp.float64),  # [1] the same of all steps so far
+        position: wp.array(dtype=int),  # [1] steps begun, into ``factors``
+        segment_age: wp.array(dtype=wp.int64),  # [R]
+        path_age: wp.array(dtype=wp.int64),  # [N + 1]
+        # outputs
+        factor: wp.array(dtype=wp.float64),  # [1] for ``step_population``
+    ):
+        """Take the factor of a step, and age what it steps; without room, now or before, nothing changes."""
+        item = first + wp.tid()
+        # Every item may read this before or after item 0 has written it: the result is the same.
+        all_fit = wp.min(fits[0], step_fits[0])
+        if all_fit > wp.float64(0.0):
+            if item < segment_count:
+                segment_age[item] = segment_age[item] + wp.int64(1)
+            if item <= path_count:
+                path_age[item] = path_age[item] + wp.int64(1)
+        if item == 0:
+            factor[0] = wp.where(all_fit > wp.float64(0.0), factors[position[0]], wp.float64(-1.0))
+            fits[0] = all_fit
+            position[0] = position[0] + 1
+
+    return bundle(step_population, begin_step)

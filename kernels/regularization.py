@@ -136,7 +136,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         path_first_segment: wp.array(dtype=int),  # [N + 1]
         segment_next: wp.array(dtype=int),  # [R]
         segment_previous: wp.array(dtype=int),  # [R]
-        path_count: int,  # N
+        counts: wp.array(dtype=int),  # [1] N, the paths that there are
         pixel: vec2,  # size of a pixel in units in which the canvas is [-1, 1]
         xing_weight: dtype,
         bezier_weight: dtype,
@@ -147,7 +147,9 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     ):
         """Add the regularizers' adjoints of one path."""
         path = first + wp.tid()
-        per_path = one / dtype(path_count)
+        if path >= counts[0]:
+            return
+        per_path = one / dtype(counts[0])
         start, end = path_first_segment[path], path_first_segment[path + 1]
         per_cubic = per_path / dtype(end - start)
         share = projection_weight * per_path * inverse_extent_squared(points, start, end, segment_next, pixel)

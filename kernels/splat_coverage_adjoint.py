@@ -1,7 +1,8 @@
 """Adjoint of stage 3 of the splat renderer: dL/d(coverage) of the pixels -> sums over the pixels of each Gaussian.
 
 Each thread owns one Gaussian and its sums, and only reads pixels, so no atomics are needed. With T the path's own
-transmittance at a pixel, d(coverage)/d(alpha) = T / (1 - alpha). A clipped or dropped alpha has a zero derivative.
+transmittance at a pixel, d(coverage)/d(alpha) = T / (1 - alpha). A clipped or dropped alpha has a zero derivative. The
+code of Vector Scaffolding divides by at least 1 - 0.99, and differentiates what it clips; that is given by two numbers.
 """
 
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 import warp as wp
 
 from warpvec.kernels import compositing, splat_binning, splat_coverage
-from warpvec.kernels.constants import PARTIAL, SPLAT_ALPHA_MAX, SPLAT_ALPHA_MIN, TILE
+from warpvec.kernels.constants import PARTIAL, SPLAT_ALPHA_MIN, TILE
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.making import made_once
 from warpvec.kernels.splatting import PLANES
@@ -25,17 +26,18 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
     covered = splat_binning.make_functions(lanes).covered
     winding_index = compositing.make_functions(lanes).winding_index
     zero, half, one = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0))
-    alpha_min, alpha_max = wp.constant(dtype(SPLAT_ALPHA_MIN)), wp.constant(dtype(SPLAT_ALPHA_MAX))
+    alpha_min = wp.constant(dtype(SPLAT_ALPHA_MIN))
     planes, terms = wp.constant(PLANES), wp.constant(COVARIANCE_TERMS if covariance else CENTER_TERMS)
     blocks, width = wp.constant(lanes.blocks), wp.constant(lanes.width)
     module = stage_module("splat_coverage_adjoint" + "_covariance" * covariance, lanes)
 
     @wp.func
-    def alpha_adjoint(alpha: vector, adj_coverage: vector, transmittance: vector):
-        """Return dL/d(alpha) alpha, or 0 where alpha is dropped or clipped."""
+    def alpha_adjoint(alpha: vector, adj_coverage: vector, transmittance: vector, free_max: dtype, divided_max: dtype):
+        """Return dL/d(alpha) alpha, or 0 where alpha is dropped or, from ``free_max`` on, clipped."""
         kept = v.where_less(alpha, v.spread(alpha_min), v.spread(zero), alpha)
-        free = v.where_less(kept, v.spread(alpha_max), kept, v.spread(zero))
-        return v.mul(free, v.quotient(v.mul(adj_coverage, transmittance), v.sub(v.spread(one), free)))
+        free = v.where_less(kept, v.spread(free_max), kept, v.spread(zero))
+        left = v.sub(v.spread(one), v.minimum(free, v.spread(divided_max)))
+        return v.mul(free, v.quotient(v.mul(adj_coverage, transmittance), left))
 
     @wp.kernel(module=module)
     def cover_splats_adjoint(
@@ -51,6 +53,8 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         sample_stride: int,
         height: int,
         width_px: int,
+        free_max: dtype,  # alpha from which on there is no derivative
+        divided_max: dtype,  # largest alpha in 1 - alpha
         adj_slot_coverage: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         slot_transmittance: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         # outputs
@@ -86,7 +90,10 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
                         for part in range(part_first, part_end):
                             dy = v.ramp_from(dtype(tile_row * TILE + part * width) + half - y)
                             alpha = gaussian(o, dx, dy, pxx, pxy, pyy)
-                            w = alpha_adjoint(alpha, adj_slot_coverage[slot + part], slot_transmittance[slot + part])
+                            w = alpha_adjoint(
+                                alpha, adj_slot_coverage[slot + part], slot_transmittance[slot + part],
+                                free_max, divided_max,
+                            )  # fmt: skip
                             wy = v.mul(w, dy)
                             weight, weight_y = v.add(weight, w), v.add(weight_y, wy)
                             weight_x = v.fma(v.spread(dx), w, weight_x)

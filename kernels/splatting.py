@@ -18,10 +18,12 @@ from warpvec.kernels.constants import (
     BOUNDARY_SIGMA_Y_MAX,
     BOUNDARY_SIGMA_Y_MIN,
     COORDINATE_MAX,
-    INTERIOR_SIGMA_MIN,
+    SIGMA_MIN_INSIDE,
     SIGMA_PER_SPACING,
     SPLAT_ALPHA_MIN,
     TANGENT_MIN,
+    THIN_RATIO,
+    THIN_SIGMA,
 )
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.making import made_once
@@ -41,7 +43,9 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
     v = lanes.functions
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     tangent_min_squared = wp.constant(dtype(TANGENT_MIN**2))
-    floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(INTERIOR_SIGMA_MIN))
+    floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(SIGMA_MIN_INSIDE))
+    thin, ratio = wp.constant(dtype(THIN_SIGMA)), wp.constant(dtype(THIN_RATIO))
+    far = wp.constant(dtype(COORDINATE_MAX))
     floor_y, ceiling_y = wp.constant(dtype(BOUNDARY_SIGMA_Y_MIN)), wp.constant(dtype(BOUNDARY_SIGMA_Y_MAX))
 
     @wp.func
@@ -84,19 +88,25 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
         return v.where_less(v.spread(zero), inverse, v.mul(x, inverse), v.spread(one)), v.mul(y, inverse)
 
     @wp.func
-    def clamp_x(sigma: vector, is_boundary: bool):
-        """Clamp a standard deviation along the curve, in pixels."""
-        return v.maximum(sigma, v.spread(wp.where(is_boundary, floor_x, floor_inside)))
+    def most(raw_y: vector, other: vector):
+        """Return the largest deviation of an interior sample along one axis, given the ``other`` axis' own."""
+        return v.where_less(raw_y, v.spread(thin), v.mul(v.spread(ratio), other), v.spread(far))
 
     @wp.func
-    def clamp_y(sigma: vector, is_boundary: bool):
-        """Clamp a standard deviation across the curve, in pixels."""
-        clamped = v.maximum(sigma, v.spread(floor_inside))
+    def bound_x(raw_x: vector, raw_y: vector, is_boundary: bool):
+        """Bound the standard deviation ``raw_x`` along the curve, in pixels; ``raw_y`` is that across."""
         if is_boundary:
-            clamped = v.minimum(v.maximum(sigma, v.spread(floor_y)), v.spread(ceiling_y))
-        return clamped
+            return v.maximum(raw_x, v.spread(floor_x))
+        return v.maximum(v.minimum(raw_x, most(raw_y, raw_y)), v.spread(floor_inside))
 
-    return bundle(combine, blend, norm, inverse_norm, direction, clamp_x, clamp_y)
+    @wp.func
+    def bound_y(raw_x: vector, raw_y: vector, is_boundary: bool):
+        """Bound the standard deviation ``raw_y`` across the curve, in pixels."""
+        if is_boundary:
+            return v.minimum(v.maximum(raw_y, v.spread(floor_y)), v.spread(ceiling_y))
+        return v.maximum(v.minimum(raw_y, most(raw_y, raw_x)), v.spread(floor_inside))
+
+    return bundle(combine, blend, norm, inverse_norm, direction, most, bound_x, bound_y)
 
 
 @made_once
@@ -160,8 +170,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             is_boundary = row == 0 or row == row_count - 1
             x, y = sides.blend(ax, bx, w), sides.blend(ay, by, w)
             distance = sides.norm(sides.blend(asx, bsx, w), sides.blend(asy, bsy, w))
-            sx = sides.clamp_x(v.mul(spacing_factor[block], distance), is_boundary)
-            sy = sides.clamp_y(v.mul(v.spread(row_step[row]), gap), is_boundary)
+            raw_x, raw_y = v.mul(spacing_factor[block], distance), v.mul(v.spread(row_step[row]), gap)
+            sx, sy = sides.bound_x(raw_x, raw_y, is_boundary), sides.bound_y(raw_x, raw_y, is_boundary)
             tx, ty = sides.blend(atx, btx, w), sides.blend(aty, bty, w)
             ux, uy = sides.direction(tx, ty, sides.inverse_norm(tx, ty))
             vx, vy = v.mul(sx, sx), v.mul(sy, sy)

@@ -16,9 +16,10 @@ from warpvec.kernels.constants import (
     BOUNDARY_SIGMA_Y_MAX,
     BOUNDARY_SIGMA_Y_MIN,
     COORDINATE_MAX,
-    INTERIOR_SIGMA_MIN,
     LENGTH_MIN,
+    SIGMA_MIN_INSIDE,
     SIGMA_PER_SPACING,
+    THIN_RATIO,
 )
 from warpvec.kernels.lanes import Lanes, bundle, stage_module
 from warpvec.kernels.making import made_once
@@ -136,9 +137,10 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
     zero, half, one, two = (wp.constant(dtype(value)) for value in (0.0, 0.5, 1.0, 2.0))
     tiny, farthest = wp.constant(dtype(LENGTH_MIN)), wp.constant(dtype(COORDINATE_MAX))
     across = wp.constant(dtype(SIGMA_PER_SPACING))
-    floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(INTERIOR_SIGMA_MIN))
+    floor_x, floor_inside = wp.constant(dtype(BOUNDARY_SIGMA_X_MIN)), wp.constant(dtype(SIGMA_MIN_INSIDE))
     floor_y, ceiling_y = wp.constant(dtype(BOUNDARY_SIGMA_Y_MIN)), wp.constant(dtype(BOUNDARY_SIGMA_Y_MAX))
     terms, side_terms = wp.constant(COVARIANCE_TERMS), wp.constant(SIDE_TERMS)
+    ratio = wp.constant(dtype(THIN_RATIO))
 
     @wp.func
     def inverse_variance_slope(sigma: vector, inverse: vector, low: dtype, high: dtype, raw: vector):
@@ -214,7 +216,7 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
                 distance = sides.norm(step_x, step_y)
                 across_step = v.spread(across * row_step[row])
                 raw_x, raw_y = v.mul(factor, distance), v.mul(across_step, gap)
-                sx, sy = sides.clamp_x(raw_x, is_boundary), sides.clamp_y(raw_y, is_boundary)
+                sx, sy = sides.bound_x(raw_x, raw_y, is_boundary), sides.bound_y(raw_x, raw_y, is_boundary)
                 tx, ty = sides.blend(a_tangent_x, b_tangent_x, w), sides.blend(a_tangent_y, b_tangent_y, w)
                 inverse = sides.inverse_norm(tx, ty)
                 ux, uy = sides.direction(tx, ty, inverse)
@@ -225,8 +227,17 @@ def _covariance_adjoint(lanes: Lanes, module: wp.Module) -> wp.Kernel:
                 low_x = wp.where(is_boundary, floor_x, floor_inside)
                 low_y = wp.where(is_boundary, floor_y, floor_inside)
                 high_y = wp.where(is_boundary, ceiling_y, farthest)
-                adj_raw_x = v.mul(adj_px, inverse_variance_slope(sx, px, low_x, farthest, raw_x))
-                adj_raw_y = v.mul(adj_py, inverse_variance_slope(sy, py, low_y, high_y, raw_y))
+                free_x, free_y = v.minimum(raw_x, v.spread(farthest)), v.minimum(raw_y, v.spread(farthest))
+                if not is_boundary:
+                    free_x = v.minimum(raw_x, sides.most(raw_y, raw_y))
+                    free_y = v.minimum(raw_y, sides.most(raw_y, raw_x))
+                adj_raw_x = v.mul(adj_px, inverse_variance_slope(sx, px, low_x, farthest, free_x))
+                adj_raw_y = v.mul(adj_py, inverse_variance_slope(sy, py, low_y, high_y, free_y))
+                # A deviation that the ratio bounds follows the other one.
+                moved_x = v.where_less(free_x, raw_x, adj_raw_x, v.spread(zero))
+                moved_y = v.where_less(free_y, raw_y, adj_raw_y, v.spread(zero))
+                adj_raw_x = v.fma(v.spread(ratio), moved_y, v.sub(adj_raw_x, moved_x))
+                adj_raw_y = v.fma(v.spread(ratio), moved_x, v.sub(adj_raw_y, moved_y))
                 adj_gap = v.fma(across_step, adj_raw_y, adj_gap)
                 along = v.quotient(v.mul(factor, adj_raw_x), v.maximum(distance, v.spread(tiny)))
                 twist = v.mul(adj_pxy, v.sub(px, py))

@@ -104,3 +104,10 @@ def test_names_in_the_script_exist() -> None:
     stages = {stage.name for stage in bench_step.STAGES["exact"]}
     pairs = re.findall(r'"([\w, ]+)": "(\w+)"', text)
     assert pairs and all(stage in stages and f"def {kernel}(" in kernels for stage, kernel in pairs)
+
+
+def test_the_help_lists_what_to_run_in_order() -> None:
+    result = run("no-python", "--help")
+    assert result.returncode == 0 and "#" not in result.stdout
+    places = [result.stdout.index(text) for text in ("bench/gpu.sh kodak\n", "bench_fit.py", "interior", "table1")]
+    assert places == sorted(places)

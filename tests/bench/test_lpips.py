@@ -35,9 +35,11 @@ def _pooled(values: np.ndarray, side: int, stride: int) -> np.ndarray:
     return windows[:, ::stride, ::stride].max((-1, -2))
 
 
-def _features(image: np.ndarray, network: str, weights: dict[str, np.ndarray]) -> list[np.ndarray]:
+def _features(
+    image: np.ndarray, network: str, weights: dict[str, np.ndarray], is_centered: bool = True
+) -> list[np.ndarray]:
     shift, scale = np.array([-0.030, -0.088, -0.188]), np.array([0.458, 0.448, 0.450])
-    values = ((image / 127.5 - 1.0 - shift) / scale).transpose(2, 0, 1)
+    values = (((image / 127.5 - 1.0 if is_centered else image / 255.0) - shift) / scale).transpose(2, 0, 1)
     found = []
     for layer, (stride, padding, pooling) in enumerate(ALEX if network == "alex" else VGG):
         values = values if pooling is None else _pooled(values, *pooling)
@@ -50,17 +52,18 @@ def _features(image: np.ndarray, network: str, weights: dict[str, np.ndarray]) -
     return found
 
 
-@pytest.mark.parametrize("network", ["alex", "vgg"])
-def test_lpips_is_that_of_a_plain_implementation(network: str) -> None:
+@pytest.mark.parametrize(("network", "is_centered"), [("alex", True), ("vgg", True), ("vgg", False)])
+def test_lpips_is_that_of_a_plain_implementation(network: str, is_centered: bool) -> None:
     weights, random = _weights(network), np.random.default_rng(4)
     a, b = random.integers(0, 256, (2, 64, 80, 3), dtype=np.uint8)
-    stages = zip(_features(a, network, weights), _features(b, network, weights), strict=True)
+    features = (_features(image, network, weights, is_centered) for image in (a, b))
+    stages = zip(*features, strict=True)
     expected = sum(
         (weights[f"channels{number}"][:, None, None] * (x - y) ** 2).sum(0).mean()
         for number, (x, y) in enumerate(stages)
     )
     metric = Lpips(network, weights)
-    assert metric(a, b) == pytest.approx(expected, rel=1e-4)
+    assert metric(a, b, is_centered) == pytest.approx(expected, rel=1e-4)
     assert metric(a, a) == 0.0
 
 

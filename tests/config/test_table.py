@@ -24,6 +24,7 @@ from warpvec.modes.request import Request
 
 NEEDS: dict[str, dict[str, Any]] = {
     "path_model": {"renderer": "splat"},
+    "policy": {"renderer": "splat", "path_model": "sides"},
     "gradients": {"curves": 99},
 }
 """Setting -> others that its value below needs."""

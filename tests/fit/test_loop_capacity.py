@@ -61,6 +61,7 @@ def records(renderers: list[TileRenderer], monkeypatch: pytest.MonkeyPatch) -> N
     """Record steps, with hardly any room for paths that grow."""
     monkeypatch.setattr(graph, "_can_record", lambda device: True)
     monkeypatch.setattr(Counts, "with_headroom", lambda counts: Counts(*(count + 2 for count in counts)))
+    monkeypatch.setattr(target, "least_counts", lambda *sizes: Counts(0, 0, 0, 0))
 
 
 def settings_of(case: str, device: str) -> FitConfig:

@@ -15,7 +15,8 @@ from warpvec.geometry.scene import Scene
 HALF_SIDE = 40.0
 BETAS = (0.98, 0.92, 0.99)
 NAMES = ("segments", "color", "opacity", "background")
-SETTINGS = [{}, {"color_parameter": "logit"}, {"backdrop": "white"}]
+SETTINGS = [{}, {"color_parameter": "logit"}, {"backdrop": "white"}, {"axis_rates": True}, {"common_age": True}]
+HALF_SIDES = (40.0, 25.0)
 
 
 def random_scene(count, point_count=12, seed=0, dtype=torch.float64):
@@ -47,13 +48,14 @@ class Reference:
 
     def __init__(self, scene, config):
         self.config = config
+        self.unit = torch.tensor(HALF_SIDES, dtype=torch.float64) if config.axis_rates else HALF_SIDE
         self.white = scene.background if config.backdrop == "white" else None
         self.parameters = {name: self.fresh(value) for name, value in self.raw(scene).items()}
         self.counts = loop_counts(scene)
 
     def raw(self, scene):
         color = torch.logit if self.config.color_parameter == "logit" else torch.clone
-        values = {"segments": scene.segments / HALF_SIDE, "color": color(scene.color)}
+        values = {"segments": scene.segments / self.unit, "color": color(scene.color)}
         return values | {"opacity": scene.opacity.logit(), "background": color(scene.background)[None]}
 
     def fresh(self, raw):
@@ -63,7 +65,7 @@ class Reference:
         color = torch.sigmoid if self.config.color_parameter == "logit" else torch.clone
         points, colors, opacity, background = (self.parameters[name][0] for name in NAMES)
         background = color(background)[0] if self.white is None else self.white
-        return [points * HALF_SIDE, color(colors), opacity.sigmoid(), background]
+        return [points * self.unit, color(colors), opacity.sigmoid(), background]
 
     def step(self, adjoints, factor):
         for state in self.parameters.values():
@@ -100,8 +102,16 @@ class Reference:
         self.counts += loop_counts(scene)
         for name, raw in self.raw(scene).items():
             if name != "background":
-                pairs = zip(self.parameters[name], self.fresh(raw), strict=True)
+                new = self.fresh(raw)
+                if self.config.common_age:
+                    new[-1] += self.parameters["background"][-1]
+                pairs = zip(self.parameters[name], new, strict=True)
                 self.parameters[name] = [torch.cat([old.detach(), new]) for old, new in pairs]
+
+
+def made_both(scene, config, device):
+    """Return the paths as a population and as the reference."""
+    return Population(scene.to(device), config, HALF_SIDE, None, HALF_SIDES), Reference(scene, config)
 
 
 @pytest.fixture(params=["lanes", "scalar"])
@@ -122,7 +132,7 @@ def assert_shows(population, reference):
 @pytest.mark.parametrize("point_count", [12, 24])
 def test_steps_follow_autograd_and_the_formulas_while_paths_come_and_go(settings, point_count, device):
     scene, config = random_scene(7, point_count), FitConfig(**settings)
-    population, reference = Population(scene.to(device), config, HALF_SIDE), Reference(scene, config)
+    population, reference = made_both(scene, config, device)
     assert_shows(population, reference)
     for k in range(28):
         if k == 8:
@@ -148,7 +158,7 @@ def test_steps_follow_autograd_and_the_formulas_while_paths_come_and_go(settings
 @pytest.mark.parametrize("settings", SETTINGS)
 def test_paths_of_loops_and_segments_of_other_ages_follow_the_formulas(settings, device):
     scene, config = compound_scene(0, 7, 80, 80), FitConfig(**settings)
-    population, reference = Population(scene.to(device), config, HALF_SIDE), Reference(scene, config)
+    population, reference = made_both(scene, config, device)
     for k in range(24):
         if k in (5, 9):  # segments of several paths and loops start afresh
             fresh = torch.arange(k % 3, len(population.live.segments), 3 if k == 5 else 4)
@@ -169,7 +179,7 @@ def test_paths_of_loops_and_segments_of_other_ages_follow_the_formulas(settings,
         population.step(*adjoints, factor=1.5 - k / 20)
         reference.step([adj.cpu() for adj in adjoints], 1.5 - k / 20)
         assert_shows(population, reference)
-    assert len(population._segment_age.unique()) == 4
+    assert len(population._segment_age.unique()) == (3 if config.common_age else 4)
 
 
 def test_float32_is_close_to_float64():

@@ -6,9 +6,7 @@ from finished_fits import final_psnr, rendered_psnr, run
 from pictures import picture
 
 from warpvec.config.presets import make_config
-from warpvec.fit import loop
 from warpvec.fit.loop import fit
-from warpvec.fit.regularization import Regularization
 from warpvec.geometry.bezier import path_boxes
 from warpvec.watch.watch import Watch
 
@@ -37,28 +35,15 @@ def test_the_baseline_fits():
     assert final_psnr(result) > result.history[0]["psnr"] + 0.5
 
 
-@pytest.mark.parametrize(("path_model", "degree"), [("segments", 3), ("sides", 5)])
-def test_the_regularizers_have_the_degree_of_the_paths(monkeypatch, path_model, degree):
-    seen = []
-
-    class Recorder(Regularization):
-        def __init__(self, height, width, config, device, degree=3):
-            seen.append(degree)
-            super().__init__(height, width, config, device, degree)
-
-    monkeypatch.setattr(loop, "Regularization", Recorder)
-    run(**SPLAT, path_model=path_model, iterations=1)
-    assert seen == [degree]
-
-
 @pytest.mark.parametrize("switch", [{"interior_gradient": False}, {"covariance_gradient": True}, {"lines": 7}])
 def test_settings_of_splat_reach_the_renderer(switch):
     settings = {**SPLAT, "iterations": 5}
     assert not torch.equal(run(**settings).scene.segments, run(**{**settings, **switch}).scene.segments)
 
 
-def test_the_preset_paper_fits():
-    result = fit(picture(), make_config("paper", curves=32, iterations=40, threads=1))
+@pytest.mark.parametrize("preset", ["paper", "paper-released"])
+def test_the_presets_of_the_paper_fit(preset):
+    result = fit(picture(), make_config(preset, curves=32, iterations=40, threads=1))
     assert final_psnr(result) > 15.0
     assert result.scene.segments.isfinite().all()
 

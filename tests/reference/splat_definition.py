@@ -65,7 +65,11 @@ def literal_alpha(rows: list[list[Point]], r: int, k: int, settings: Settings, p
     at_boundary = r in (0, settings.lines + 1)
     gap = weights[1] if at_boundary else weights[r + 1] - weights[r]
     sy = 2 / 3 * gap * math.dist(rows[0][k], rows[-1][k])
-    sx, sy = (max(sx, 0.3), min(max(sy, 0.75), 1.0)) if at_boundary else (max(sx, 0.25), max(sy, 0.25))
+    if at_boundary:
+        sx, sy = max(sx, 0.3), min(max(sy, 0.75), 1.0)
+    elif sy < 0.1:
+        sx, sy = min(sx, 3.0 * sy), min(sy, 3.0 * sx)
+    sx, sy = max(sx, 0.01), max(sy, 0.01)
     middle = min(max(k, 1), last - 1)
     before, after = (row[0], row[last]) if last < 2 else (row[middle - 1], row[middle + 1])
     tx, ty = after[0] - before[0], after[1] - before[1]

@@ -18,7 +18,7 @@ from reference.compositing import composite
 
 ALPHA_MIN, ALPHA_MAX = 1 / 255, 0.999
 BOUNDARY_SIGMA_X_MIN, BOUNDARY_SIGMA_Y_MIN, BOUNDARY_SIGMA_Y_MAX = 0.3, 0.75, 1.0
-INTERIOR_SIGMA_MIN = 0.25
+THIN_SIGMA, THIN_RATIO, INTERIOR_SIGMA_MIN = 0.1, 3.0, 1e-2
 TANGENT_MIN = 1e-6
 PARAMETER_MIN, PARAMETER_MAX = 0.007, 0.993
 LINE_REACH, LINE_SPREAD = 2.0, 0.85
@@ -195,7 +195,14 @@ def scale_limits(row_count: int) -> tuple[Tensor, Tensor]:
 
 def _clamped(scale: Tensor) -> Tensor:
     low, high = scale_limits(scale.shape[1])
+    scale = torch.cat([scale[:, :1], limited(scale[:, 1:-1]), scale[:, -1:]], 1)
     return torch.where(scale < low, low, torch.where(scale > high, high, scale))
+
+
+def limited(scale: Tensor) -> Tensor:
+    """Return interior deviations [..., 2], the longer one limited where that across the curve is small."""
+    most = THIN_RATIO * torch.minimum(scale[..., :1], scale[..., 1:])
+    return torch.where((scale[..., 1:] < THIN_SIGMA) & (scale > most), most, scale)
 
 
 def tangents(mean: Tensor) -> Tensor:

@@ -26,6 +26,9 @@ GRADIENT_REGISTERS = 80
 STOP_REGISTERS = 128
 """The same with gradients of several stops: two blocks share a multiprocessor."""
 
+BY_AXIS_REGISTERS = 80
+"""The same for the step of a population whose units differ by axis (71 are taken): the presets of the papers."""
+
 SHARED_MAX = 2048
 """Bytes of shared memory per block that Warp and the driver reserve; kernels use none."""
 
@@ -44,6 +47,8 @@ def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) ->
         if is_adjoint and variant[-1]
         else GRADIENT_REGISTERS
         if is_adjoint and variant[-2]
+        else BY_AXIS_REGISTERS
+        if stage == "population" and variant[-1]
         else REGISTERS_MAX
     )
     for name, resources in cubins.stage_resources(stage, variant).items():

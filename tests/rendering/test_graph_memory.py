@@ -71,7 +71,7 @@ def test_a_steady_step_of_the_fit_allocates_nothing_large(kind: str, monkeypatch
     config = make_config(renderer=kind, device="cpu")
     population = Population(Scene.uniform(*floats, generation=torch.zeros(30, dtype=torch.int64)), config, 48.0)
     target = Target(target_image(tensors).float(), config, "cpu")
-    regularization = Regularization(64, 96, config, "cpu", 3)
+    regularization = Regularization(64, 96, config, "cpu")
 
     def take_step() -> None:
         adjoints = target.fit_step(population.live, False)

@@ -45,6 +45,7 @@ def make_splat_renderer(
     *,
     threads: int = 2,
     transmittance_min: float = 0.0,
+    released_adjoint: bool = False,
 ) -> SplatRenderer:
     """Make a renderer for the scene's canvas; with the default ``transmittance_min`` it skips no hidden path."""
     return SplatRenderer(
@@ -55,6 +56,7 @@ def make_splat_renderer(
         dtype=dtype,
         lane_width=backend.lane_width,
         transmittance_min=transmittance_min,
+        released_adjoint=released_adjoint,
         **asdict(settings),
     )
 
@@ -135,7 +137,9 @@ def decisions(scene: SceneTensors, settings: Settings) -> Tensor:
     """Return which values are dropped, clipped or clamped, as a flat mask; while it is constant the image is smooth."""
     found = splatting.gaussians(scene.points, settings)
     low, high = splatting.scale_limits(settings.lines + 2)
+    inside = found.free_scale[:, 1:-1]
     masks = [(found.free_scale < low).flatten(), (found.free_scale > high).flatten()]
+    masks += [(inside[..., 1] < splatting.THIN_SIGMA).flatten(), (splatting.limited(inside) < inside).flatten()]
     for row in range(len(scene.points)):
         peak = splatting.peak(found, row, scene.opacity, scene.height, scene.width).flatten()
         masks += [peak < splatting.ALPHA_MIN, peak > splatting.ALPHA_MAX]
@@ -146,6 +150,10 @@ def min_margin(scene: SceneTensors, settings: Settings) -> float:
     """Return the smallest distance of an alpha or a standard deviation from a cut, a clip or a clamp."""
     found = splatting.gaussians(scene.points, settings)
     distances = [(found.free_scale - limit).abs().flatten() for limit in splatting.scale_limits(settings.lines + 2)]
+    inside = found.free_scale[:, 1:-1]
+    distances += [(inside[..., 1] - splatting.THIN_SIGMA).abs().flatten()]
+    seen = inside[inside.amax(-1) > splatting.INTERIOR_SIGMA_MIN]  # the floor hides what the ratio decides for others
+    distances += [(seen[:, side] - splatting.THIN_RATIO * seen[:, 1 - side]).abs() for side in (0, 1)]
     distances.append((splatting.tangents(found.mean).norm(dim=-1) - splatting.TANGENT_MIN).abs().flatten())
     for row in range(len(scene.points)):
         peak = splatting.peak(found, row, scene.opacity, scene.height, scene.width).flatten()

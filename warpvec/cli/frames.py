@@ -69,14 +69,17 @@ class Recorder:
     def __call__(self, progress: Progress) -> None:
         """Show the ``progress``, and draw every scene whose turn it is, and the last one.
 
+        On a GPU several iterations may pass at a time: the scene after a turn is then drawn in place of that at it.
         A goal takes several fits, whose iterations are numbered consecutively: an iteration number that does not
         increase starts a new fit. Of a fit of fewer iterations than are between two frames, every scene is drawn.
         """
         self._show(progress)
         if progress.iteration <= self._last:
             self._before += self._last
+            self._last = 0
+        turns = self._last // self._every
         self._last = progress.iteration
-        is_due = self._last % self._every == 0 or self._last == progress.iteration_count
+        is_due = self._last // self._every > turns or self._last == progress.iteration_count
         if self._takers and (is_due or progress.iteration_count < self._every):
             self._draw(progress.scene())
 

@@ -357,10 +357,10 @@ class CoreSettings:
 
     policy: str = photo_setting(
         "scaffolding", Choice(("scaffolding", *added_names("policies"))),
-        with_added_names("Policy: scaffolding (Algorithm 1 of the paper)", "policies"), POPULATION, is_binding=True,
+        with_added_names("Policy: scaffolding (Algorithm 1)", "policies"), POPULATION, is_binding=True,
     )  # fmt: skip
-    """"scaffolding": Algorithm 1 of the paper, with recycling. "replacement": Bezier Splatting's, with all N paths from
-    the start."""
+    """"scaffolding": Algorithm 1 of the paper, with recycling. "stratification": the same as its authors' code has it,
+    without recycling. "replacement": Bezier Splatting's, with all N paths from the start."""
     z_order: str = photo_setting(
         "creation", Choice(("creation", "area")), "Paths on top: creation (the newest) or area (the smallest).",
         POPULATION,
@@ -429,6 +429,17 @@ class CoreSettings:
         0.02, _SHARE, "Ratio of the final and the initial learning rate, for cosine decay.", OPTIMIZER
     )
     """Final learning rate divided by the initial one, under cosine decay."""
+    axis_rates: bool = photo_setting(
+        False, Flag(), "Measure the rate of the control points by half of each side, not of the longer one.", OPTIMIZER,
+        stated="if used",
+    )  # fmt: skip
+    """Take the learning rate of the control points in units of half the width across, and of half the height down."""
+    common_age: bool = photo_setting(
+        False, Flag(), "Let new paths take the optimizer's count of steps from the others.", OPTIMIZER,
+        stated="if used",
+    )  # fmt: skip
+    """Give new paths the age of the first ones, as one counter for all does in the code of the published methods: their
+    averages start at zero and count as old, so that their first steps are shorter."""
     color_parameter: str = photo_setting(
         "direct", Choice(("direct", "logit")), "Optimize colours directly (direct) or through a sigmoid (logit).",
         OPTIMIZER,

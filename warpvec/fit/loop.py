@@ -12,6 +12,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
 from warpvec.fit.budget import ANY_FILE, Written, is_trim_due
+from warpvec.fit.chain import Chain, can_chain
 from warpvec.fit.clock import Clock
 from warpvec.fit.loop_state import check_loop
 from warpvec.fit.min_area import SmallPaths
@@ -24,9 +25,9 @@ from warpvec.fit.policies.registry import config_from_start, config_from_state, 
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population, do_nothing
 from warpvec.fit.population_state import check_scene
+from warpvec.fit.population_step import CHAIN_MAX
 from warpvec.fit.ramps import GradientChoice
 from warpvec.fit.record import FitRecord, check_history
-from warpvec.fit.regularization import Regularization
 from warpvec.fit.start import first_paths, given_paths
 from warpvec.fit.state import Saving, State
 from warpvec.fit.state_form import row_count
@@ -121,7 +122,7 @@ class _Fit:
         if is_transparent(image):
             # Soft alpha needs translucent paths.
             config = replace(config, opacity_weight=0.0)
-        self._regularization = Regularization(height, width, config, device, path_model(config).degree)
+        self._regularization = path_model(config).regularizer(height, width, config, device)
         self._small_paths = SmallPaths(self._target, config)
         self._gradients = GradientChoice(self._target, config)
         self._nodes = NodeExchange(config, start)
@@ -137,7 +138,10 @@ class _Fit:
             first = first_paths(self._image, config, self._policy)
         else:
             first = given_paths(self._image, config, self._target, start)
-        self._population = Population(first, config, max(height, width) / 2, self._grid)
+        has_room = can_chain(config, self._target, self._regularization, self._grid is not None)
+        sides = (width / 2.0, height / 2.0)
+        self._population = Population(first, config, max(sides), self._grid, sides, has_room=has_room)
+        self._chain = Chain(config, self._target, self._population, self._regularization)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
 
@@ -157,12 +161,7 @@ class _Fit:
             self._sort()
             if self._grid is not None:
                 self._grid.begin(self._iteration, self._iteration_count)
-            wants_removal_cost = self._policy.wants_removal_cost(self._iteration + 1, self._iteration_count)
-            wants_removal_cost = wants_removal_cost or self._is_trimming()
-            self._outlines = None
-            wants_outlines = schedule.is_exchanging_nodes(self._iteration + 1, self._config, self._iteration_count)
-            removal_cost = self._step(self._iteration, wants_removal_cost, wants_outlines)
-            self._iteration += 1
+            removal_cost = self._advance()
             self._iteration_count = self._clock.planned_iterations(self._iteration)
             is_last = self._iteration == self._iteration_count
             if is_last:
@@ -172,6 +171,45 @@ class _Fit:
                 self._follow()
                 self._change_population(removal_cost)
                 self._save()
+
+    def _advance(self) -> Tensor | None:
+        """Take the next step, or all up to the next look of the host; return removal costs if the step wants them."""
+        iteration, count, removal_cost = self._iteration, self._iteration_count, None
+        self._outlines = None
+        chained = self._chain_length()
+        if chained:
+            self._loss = self._chain.run(iteration, chained, count)
+        else:
+            self._policy.look(self._population, iteration + 1, count, self._target.squared_error)
+            wants_removal_cost, wants_outlines = self._wants(iteration + 1)
+            removal_cost = self._step(iteration, wants_removal_cost, wants_outlines)
+        self._iteration += max(chained, 1)
+        return removal_cost
+
+    def _wants(self, iteration: int) -> tuple[bool, bool]:
+        """Return whether ``iteration``, of which 1 is the first, needs removal costs, and figures along outlines."""
+        count = self._iteration_count
+        wants_cost = self._policy.wants_removal_cost(iteration, count) or self._is_trimming(iteration)
+        return wants_cost, schedule.is_exchanging_nodes(iteration, self._config, count)
+
+    def _chain_length(self) -> int:
+        """Return how many of the next steps can be one chain, after which the host may look; 0 for a step by itself."""
+        if self._population.padded is None:
+            return 0
+        end = min(self._iteration + CHAIN_MAX, self._iteration_count)
+        for iteration in range(self._iteration + 1, end + 1):
+            if any(self._wants(iteration)):
+                return iteration - 1 - self._iteration
+            if self._is_looking(iteration):
+                return iteration - self._iteration
+        return end - self._iteration
+
+    def _is_looking(self, iteration: int) -> bool:
+        """Return whether the host has something to do after ``iteration``: a report, a shift, new paths, a state."""
+        is_due = self._record.is_check_due(iteration) or schedule.shifts_target(iteration, self._config)
+        is_due = is_due or self._policy.is_due(iteration, self._iteration_count)
+        is_due = is_due or self._small_paths.is_due(iteration, self._iteration_count)
+        return is_due or (self._saving is not None and iteration % self._saving.every == 0)
 
     def scene(self) -> Scene:
         """Return the present scene, or a better one before the last change of the population.
@@ -231,8 +269,13 @@ class _Fit:
         end = self._iteration if end is None else end
         while (taken := self._steps_before + self._population.step_count) < end:
             self._target.make_room()
-            for iteration in range(taken, end):
-                self._step(iteration, False)
+            while taken < end:
+                chained = min(end - taken, CHAIN_MAX) if self._population.padded is not None else 0
+                if chained:
+                    self._loss = self._chain.run(taken, chained, self._iteration_count)
+                else:
+                    self._step(taken, False)
+                taken += max(chained, 1)
 
     # Palette
 
@@ -316,7 +359,8 @@ class _Fit:
     # Population
 
     def _change_population(self, removal_cost: Tensor | None) -> None:
-        before = self._population.live
+        # An arena's memory is overwritten by what comes.
+        before = self._population.live if self._population.padded is None else self._population.live.copied()
         iteration, iterations = self._iteration, self._iteration_count
         has_exchanged = self._outlines is not None and self._nodes.update(self._population, *self._outlines)
         has_cut = self._small_paths.cut(self._population, iteration, iterations)
@@ -336,9 +380,8 @@ class _Fit:
         if has_changed or has_cut or has_exchanged:
             self._record.remember(float(self._loss), before)
 
-    def _is_trimming(self, iteration: int | None = None) -> bool:
-        """Return whether paths that are too many for the file are removed after ``iteration``, by default the next."""
-        iteration = self._iteration + 1 if iteration is None else iteration
+    def _is_trimming(self, iteration: int) -> bool:
+        """Return whether paths that are too many for the file are removed after ``iteration``."""
         return self._budget is not None and is_trim_due(iteration, self._iteration_count)
 
     def _sort(self) -> None:

@@ -30,12 +30,16 @@ class SmallPaths:
             return removal_cost
         return removal_cost.masked_fill(self._are_small(population), -torch.inf)
 
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether a cut is due after ``iteration`` of ``iterations``."""
+        return self._area_min > 0.0 and iteration in [round(share * iterations) for share in CUTS]
+
     def cut(self, population: Population, iteration: int, iterations: int) -> bool:
         """Remove the small paths if a cut is due after ``iteration`` of ``iterations``; return whether it removed any.
 
         If all paths are small, it removes none.
         """
-        if self._area_min == 0.0 or iteration not in [round(share * iterations) for share in CUTS]:
+        if not self.is_due(iteration, iterations):
             return False
         small = self._are_small(population)
         if small.all() or not small.any():

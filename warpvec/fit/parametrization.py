@@ -27,12 +27,27 @@ class Parametrization:
     """The units of the parameters. Opacities are logits.
 
     Attributes:
-        half_side: half the canvas's longer side in pixels, the unit of points.
+        half_side: half the canvas's longer side in pixels, the unit of points and gradients.
         logit_color: whether colours are logits, or themselves.
+        half_sides: half the width and half the height, the units of points; None for ``half_side`` on both axes.
     """
 
     half_side: float
     logit_color: bool
+    half_sides: tuple[float, float] | None = None
+
+    @property
+    def by_axis(self) -> bool:
+        """Whether the units of points may differ across and down."""
+        return self.half_sides is not None
+
+    @property
+    def unit(self) -> tuple[float, float]:
+        """Unit of points in pixels, across and down."""
+        return self.half_sides or (self.half_side, self.half_side)
+
+    def _unit_of(self, segments: Tensor) -> Tensor | float:
+        return self.half_side if self.half_sides is None else segments.new_tensor(self.half_sides)
 
     def fresh_rows(self, scene: Scene) -> tuple[Tensor, ...]:
         """Return planes for segments [5, R, 2 M], colours [5, N, 3] and opacities [5, N, 1], with a state of zeros."""
@@ -41,7 +56,7 @@ class Parametrization:
 
     def raw_segments(self, scene: Scene) -> Tensor:
         """Return the parameters [R, 2 M] of the segments of ``scene``."""
-        return (scene.segments / self.half_side).flatten(1)
+        return (scene.segments / self._unit_of(scene.segments)).flatten(1)
 
     def raw_color(self, color: Tensor) -> Tensor:
         """Return the parameters of ``color`` [..., 3]."""
@@ -54,7 +69,7 @@ class Parametrization:
     def to_scene(self, rows: tuple[Tensor, ...], scene: Scene) -> Scene:
         """Return the scene that the parameters in ``rows`` stand for, in the shapes of ``scene``."""
         segments, color, opacity = (values[0] for values in rows)
-        segments = (segments * self.half_side).reshape(scene.segments.shape)
+        segments = segments.reshape(scene.segments.shape) * self._unit_of(scene.segments)
         return replace(scene, segments=segments, color=self.to_color(color), opacity=opacity[:, 0].sigmoid())
 
 

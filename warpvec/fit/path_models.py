@@ -8,7 +8,27 @@ from torch import Tensor
 
 from warpvec.config import rooms
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.regularization import Regularization
 from warpvec.geometry.circles import circle_points
+from warpvec.geometry.scene import Scene
+
+
+class Regularizer(Protocol):
+    """The regularizers of the paths of one fit.
+
+    Attributes:
+        can_record: whether a graph can record them.
+    """
+
+    can_record: bool
+
+    def add_adjoint(
+        self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor, counts: Tensor | None = None
+    ) -> None:
+        """Add their dL/dsegments [R, M, 2] and dL/dopacity [N], in place.
+
+        ``counts`` [1] (int32), on the device, is the number of paths that there are, if the scene has room for more.
+        """
 
 
 class PathModel(Protocol):
@@ -27,6 +47,9 @@ class PathModel(Protocol):
     def circles(self, center: Tensor, radius: Tensor) -> Tensor:
         """Return the control points [N, P, 2] of circles with these centres [N, 2] and radii [N]."""
 
+    def regularizer(self, height: int, width: int, config: FitConfig, device: str) -> Regularizer:
+        """Return the regularizers of paths on a canvas [height, width] with the weights of ``config``."""
+
 
 class Segments:
     """A path is a loop of cubics."""
@@ -39,6 +62,10 @@ class Segments:
     def circles(self, center: Tensor, radius: Tensor) -> Tensor:
         """Return the control points [N, 3 S, 2] of circles."""
         return circle_points(center, radius, self.piece_count)
+
+    def regularizer(self, height: int, width: int, config: FitConfig, device: str) -> Regularizer:
+        """Return the regularizers of cubics."""
+        return Regularization(height, width, config, device)
 
 
 def path_model(config: FitConfig) -> PathModel:

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.arena import SEGMENT_ROOM, Arena, Held, is_plain
 from warpvec.fit.gradient_paints import GradientParameters
 from warpvec.fit.node_state import carried_averages
 from warpvec.fit.palette import Palette
@@ -27,27 +28,41 @@ from warpvec.geometry.scene import Scene, straightened
 class Population:
     """N paths as free parameters, stepped by Adan. ``warpvec/fit/adan.py`` explains the step and the age of a row.
 
-    Points are in units of half the canvas's longer side, as learning rates are. Opacities are logits. Colours are
+    Points are in units of half the canvas's longer side, as learning rates are; with ``config.axis_rates`` of half of
+    each side. Opacities are logits. Colours are
     themselves or logits, depending on ``config.color_parameter``. The background is optimized too, unless
     ``config.backdrop`` fixes it or the scene is transparent; a palette applies to a fixed background as well. The live
     scene is rounded to the ``grid``, if there is one.
 
     Attributes:
-        live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory.
+        live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory, or
+            overwrites that of an `Arena` if the population ``has_room``, which a recorded graph needs.
         before_use: hook that runs before paths are read or edited outside of `step`. A fit on a GPU then takes the
             steps again for which there was no room.
         serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
     """
 
     live: Scene
+    _arena: Arena | None
     _copy: Scene | None
     _prefix_counts: list[int] | None
 
-    def __init__(self, scene: Scene, config: FitConfig, half_side: float, grid: WrittenGrid | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        config: FitConfig,
+        half_side: float,
+        grid: WrittenGrid | None = None,
+        half_sides: tuple[float, float] | None = None,
+        *,
+        has_room: bool = False,
+    ) -> None:
         self.before_use: Callable[[], None] = do_nothing
         self._grid = grid
         self._config = config
-        self._parameters = Parametrization(half_side, config.color_parameter == "logit")
+        self._parameters = Parametrization(
+            half_side, config.color_parameter == "logit", half_sides if config.axis_rates else None
+        )
         self._fixed_background = has_fixed_background(config, scene)
         self._opacity = FIXED_OPACITIES.get(config.opacity)
         self._palette: Palette | None = None
@@ -59,6 +74,7 @@ class Population:
         self._segment_age = torch.zeros(scene.structure.segment_count, dtype=torch.int64, device=device)
         self._age = torch.zeros(len(scene) + 1, dtype=torch.int64, device=device)
         self._take_step = PopulationStep(config, self._parameters, device)
+        self._has_room, self._arena = has_room, None
         self.serial = torch.arange(len(scene), device=device)
         self._created = len(scene)
         self._gradients = None if scene.gradients is None else GradientParameters(scene.gradients, config, half_side)
@@ -107,9 +123,49 @@ class Population:
             self._age += fits > 0.0
             self._segment_age += fits > 0.0
         adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
-        self._take_step(adjoints, len(self) + (0 if self._fixed_background else 1))
+        self._take_step(adjoints, not self._fixed_background)
         self._constrain()
         self._copy = None
+
+    # A chain of steps without a look of the host
+
+    @property
+    def padded(self) -> Scene | None:
+        """The present paths in the whole memory of their arena; None if they are in none."""
+        return None if self._arena is None else self._arena.padded
+
+    @property
+    def counts(self) -> Tensor | None:
+        """Number of the paths [1] (int32) that `padded` has room for."""
+        return None if self._arena is None else self._arena.counts
+
+    def begin_chain(self, factors: list[float]) -> None:
+        """Let the next calls of `chained_step` multiply the learning rates by ``factors``, at most ``CHAIN_MAX``."""
+        table = torch.tensor(factors, dtype=torch.float64)
+        self._take_step.factors[: len(factors)].copy_(table, non_blocking=True)  # else the host would wait
+        self._take_step.position.zero_()
+        self._copy = None
+
+    def chained_step(
+        self,
+        adj_segments: Tensor,
+        adj_color: Tensor,
+        adj_opacity: Tensor,
+        adj_background: Tensor,
+        step_fits: Tensor,
+        fits: Tensor,
+    ) -> None:
+        """Take an optimizer step from the adjoints of ``padded``'s values; a graph can record it.
+
+        If ``step_fits`` or ``fits`` [1], on the device, is -1 and not 1, the step changes nothing, and ``fits`` is -1.
+        """
+        self._take_step.begin(step_fits, fits)
+        adjoints = (adj_segments.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        self._take_step(adjoints, not self._fixed_background)
+
+    @property
+    def _path_age(self) -> Tensor:
+        return self._age[: len(self.live)]
 
     def step_gradients(
         self, adj_end_color: Tensor, adj_geometry: Tensor, factor: float, fits: Tensor | None = None
@@ -161,7 +217,7 @@ class Population:
             "opacity": self._rows[2],
             "background": self._background,
             "segment_age": self._segment_age,
-            "age": self._age,
+            "age": torch.cat([self._path_age, self._age[-1:]]),
             "serial": self.serial,
             "created": self._created,
             "live": self.live.to_dict(),
@@ -212,7 +268,7 @@ class Population:
         chosen = (segments, rows, rows)
         self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, chosen, strict=True))
         self._segment_age = self._segment_age[segments]
-        self._age = torch.cat([self._age[:-1][rows], self._age[-1:]])
+        self._age = torch.cat([self._path_age[rows], self._age[-1:]])
         self.serial = self.serial[rows]
         if self._palette is not None:
             self._palette.keep(rows)
@@ -237,10 +293,11 @@ class Population:
         self.before_use()
         new = self._parameters.fresh_rows(scene)
         added = self._parameters.to_scene(new, scene)
-        ages = self._segment_age.new_zeros(scene.structure.segment_count)
+        age = self._age[-1:] if self._config.common_age else self._age.new_zeros(1)
+        ages = age.expand(scene.structure.segment_count)
         self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
         self._segment_age = torch.cat([self._segment_age, ages])
-        self._age = torch.cat([self._age[:-1], self._age.new_zeros(len(scene)), self._age[-1:]])
+        self._age = torch.cat([self._path_age, age.expand(len(scene)), self._age[-1:]])
         self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
         self._created += len(scene)
         if self._palette is not None:
@@ -272,10 +329,28 @@ class Population:
         A restored scene is already constrained. Never constrain twice: constraints change rounded scenes.
         """
         scene = replace(scene, gradients=None if self._gradients is None else self._gradients.live)
+        held = Held(scene, self._rows, self._segment_age, self._age)
+        arena = self._arena = self._arena_for(scene)
+        if arena is not None:
+            held = arena.take(held)
+            scene, self._rows, self._segment_age, self._age = held
         self.live, self._copy, self._prefix_counts = scene, None, None
-        self._take_step.prepare(scene, (*self._rows, self._background), (self._segment_age, self._age))
+        rows = self._rows if arena is None else arena.rows
+        ages = (self._segment_age if arena is None else arena.segment_age, self._age)
+        counts = scene.color.new_full((1,), len(scene), dtype=torch.int32) if arena is None else arena.counts
+        self._take_step.prepare(scene if arena is None else arena.padded, (*rows, self._background), ages, counts)
         if not is_constrained:
             self._constrain()
+
+    def _arena_for(self, scene: Scene) -> Arena | None:
+        """Return the arena that ``scene`` fits into, a larger one if need be; None if it needs none."""
+        if not self._has_room or not is_plain(scene):
+            return None
+        if self._arena is not None and self._arena.has_room(scene):
+            return self._arena
+        paths = max(self._config.curves, len(scene))
+        rows = max(self._config.segments * paths, scene.structure.segment_count)
+        return Arena(Held(scene, self._rows, self._segment_age, self._age), paths, int(SEGMENT_ROOM * rows) + 1)
 
     def _constrain(self) -> None:
         """Straighten lines, and apply opaque paths and the palette, in the live scene in place."""

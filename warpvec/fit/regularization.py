@@ -35,67 +35,66 @@ from warpvec.kernels.constants import (
 from warpvec.kernels.lanes import Lanes, make_lanes
 from warpvec.rendering.launch import Launcher
 
-SIDE_TIP_PARAMETER = TIP_PARAMETER / 2
-"""Curve parameter at which the tips of a side end: 5 of 128 samples of the outline, as for cubics, but along a curve
-that is half of the outline, not a quarter."""
 
-
-def regularization(
-    points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig, degree: int = 3
-) -> Tensor:
-    """Return the weighted sum of the three regularizers, equation (6), for autograd.
+def regularization(points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig) -> Tensor:
+    """Return the weighted sum of the three regularizers of cubics, equation (6), for autograd.
 
     Args:
-        points: control points [N, M S, 2] in pixels; two curves a path, S = 2, unless they are cubics.
+        points: control points [N, 3 S, 2] in pixels.
         opacity: fill opacity [N] in [0, 1].
         width, height: canvas in pixels.
         config: gives ``opacity_weight``, ``xing_weight`` and ``bezier_weight``.
-        degree: M of every curve.
     """
     return (
         config.opacity_weight * opacity_loss(opacity)
-        + config.xing_weight * XING_SCALE * xing_loss(points, degree)
-        + config.bezier_weight * bezier_loss(points, width, height, degree)
+        + config.xing_weight * XING_SCALE * xing_loss(points)
+        + config.bezier_weight * bezier_loss(points, width, height)
     )
 
 
 class Regularization:
-    """The adjoints of `regularization` for a canvas, the weights of ``config``, and curves of one degree."""
+    """The adjoints of `regularization` for a canvas and the weights of ``config``.
 
-    def __init__(self, height: int, width: int, config: FitConfig, device: str, degree: int = 3) -> None:
-        self._height, self._width, self._config, self._degree = height, width, config, degree
+    Attributes:
+        can_record: True: its work is launches of kernels alone.
+    """
+
+    can_record = True
+
+    def __init__(self, height: int, width: int, config: FitConfig, device: str) -> None:
         self._pixel = (2.0 / width, 2.0 / height)
         self._weights = (config.xing_weight * XING_SCALE, config.bezier_weight, config.opacity_weight)
         self._launch = Launcher(device, threads=1)
         self._buffers = self._launch.make_buffers()
+        self._counts, self._path_count = torch.zeros(1, dtype=torch.int32, device=device), 0
 
-    def add_adjoint(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `regularization`, in place."""
-        if self._degree == 3:
-            self._add_of_cubics(scene, adj_segments, adj_opacity)
-        else:
-            self._add_by_autograd(scene, adj_segments, adj_opacity)
+    def add_adjoint(
+        self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor, counts: Tensor | None = None
+    ) -> None:
+        """Add dL/dsegments [R, 3, 2] and dL/dopacity [N] of `regularization`, in place.
 
-    def _add_of_cubics(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
+        ``counts`` [1] (int32), on the device, is the number of paths that there are, if the scene has room for more.
+        """
         lanes = make_lanes(1 if self._launch.device.is_cuda else TILE, wp.dtype_from_torch(scene.segments.dtype))
         structure, view = scene.structure, self._buffers.view
         points = view("segments", scene.segments, lanes.vec2, -1, 2)
         names = ("path_first_segment", "segment_next", "segment_previous")
         rows = [view(name, getattr(structure, name), wp.int32) for name in names]
-        inputs = [points, view("opacity", scene.opacity, lanes.dtype), *rows, len(scene), *self._settings(lanes)]
+        if counts is None:
+            counts = self._count_of(scene)
+        count = view("counts", counts, wp.int32)
+        inputs = [points, view("opacity", scene.opacity, lanes.dtype), *rows, count, *self._settings(lanes)]
         outputs = [view("adj_segments", adj_segments, lanes.vec2, -1, 2), view("adj_opacity", adj_opacity, lanes.dtype)]
         self._launch(kernels.make_kernels(lanes).add_regularizers, len(scene), [*inputs, *outputs])
 
+    def _count_of(self, scene: Scene) -> Tensor:
+        if self._path_count != len(scene):
+            self._path_count = len(scene)
+            self._counts.fill_(self._path_count)
+        return self._counts
+
     def _settings(self, lanes: Lanes) -> list[Any]:
         return [lanes.vec2(*self._pixel), *(lanes.dtype(weight) for weight in self._weights)]
-
-    @torch.enable_grad()
-    def _add_by_autograd(self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor) -> None:
-        points, opacity = scene.points.detach().requires_grad_(), scene.opacity.detach().requires_grad_()
-        value = regularization(points, opacity, self._width, self._height, self._config, self._degree)
-        gradients = torch.autograd.grad(value, (points, opacity))
-        adj_segments += gradients[0].view_as(adj_segments)
-        adj_opacity += gradients[1]
 
 
 # Opacity, equation (5).
@@ -109,39 +108,43 @@ def opacity_loss(opacity: Tensor) -> Tensor:
 # Xing: Ma et al., Towards Layer-wise Image Vectorization, 2022.
 
 
-def xing_loss(points: Tensor, degree: int = 3) -> Tensor:
+def xing_loss(points: Tensor) -> Tensor:
     """Return how far curves turn back on themselves: LIVE's Xing loss without its factor 1e-3, mean over all cubics.
 
     The loss of a cubic A, B, C, D is |sine| of the angle from AB to CD if this angle and the one from AB to BC have
-    opposite signs, else 0. A leg shorter than ``LEG_MIN`` has no direction, so it has neither loss nor gradient. A
-    curve of higher degree has M - 2 such triples of consecutive legs, and the mean is over all of them. Triples across
-    the ends of curves do not count, as for cubics: a corner there is no loop.
+    opposite signs, else 0. A leg shorter than ``LEG_MIN`` has no direction, so it has neither loss nor gradient.
 
     Args:
-        points: control points [N, M S, 2] in pixels.
-        degree: M.
+        points: control points [N, 3 S, 2] in pixels.
     """
-    legs = _legs(_planes(points, degree)).transpose(0, 1)
+    legs = _legs(_planes(points, 3)).transpose(0, 1)
     directions = _directions(legs)
     return _mean((_cross(directions[:, :-2], directions[:, 2:]) * _turn(legs)).neg().relu())
 
 
 def _directions(legs: Tensor) -> Tensor:
-    """Return unit vectors along ``legs`` [2, M, N, S] in pixels; 0 for legs shorter than ``LEG_MIN``."""
+    """Return unit vectors along ``legs`` [2, 3, N, S] in pixels; 0 for legs shorter than ``LEG_MIN``."""
     length_squared = (legs * legs).sum(0)
     inverse_length = threshold(length_squared, LEG_MIN**2, math.inf).rsqrt()
     return legs * inverse_length
 
 
 def _turn(legs: Tensor) -> Tensor:
-    """Return 1 [M - 2, N, S] where a leg's angle to the next is zero or positive (clockwise on screen), else -1."""
+    """Return 1 [1, N, S] where a leg's angle to the next is zero or positive (clockwise on screen), else -1."""
     return torch.where(_cross(legs[:, :-2], legs[:, 1:-1]) >= 0.0, 1.0, -1.0).to(legs.dtype)
 
 
 # The Bezier regularizer: Liu et al., Bezier Splatting, 2025, carried over to closed paths of S cubics.
 
 
-def bezier_loss(points: Tensor, width: float, height: float, degree: int = 3) -> Tensor:
+def bezier_loss(
+    points: Tensor,
+    width: float,
+    height: float,
+    degree: int = 3,
+    tip_parameter: float = TIP_PARAMETER,
+    projection_weight: float = PROJECTION_WEIGHT,
+) -> Tensor:
     """Return Bezier Splatting's regularizer: the original for two sides of degree M, or adapted to S cubics.
 
     It is the sum of three terms, in coordinates in which the canvas is [-1, 1] on both axes:
@@ -158,8 +161,7 @@ def bezier_loss(points: Tensor, width: float, height: float, degree: int = 3) ->
 
     **Tips**: the joints must not be needles. Let u and w lead from a joint to the outline a little before and after it.
     The term is the mean of |u + w|^2, counted where u and w enclose less than 60 degrees. The joints of cubics are all
-    S anchors, not two. u and w end at ``TIP_PARAMETER`` along cubics and ``SIDE_TIP_PARAMETER`` along sides, not at
-    samples of the outline.
+    S anchors, not two. u and w end at a parameter of the curves, not at samples of the outline.
 
     **Anchors**: joints must not lie off the canvas. The term is the mean of relu(|coordinate| - 1) over the joints: all
     S anchors of cubics, the two ends of sides.
@@ -168,14 +170,16 @@ def bezier_loss(points: Tensor, width: float, height: float, degree: int = 3) ->
         points: control points [N, M S, 2] in pixels; S = 2 unless the curves are cubics.
         width, height: canvas in pixels.
         degree: M.
+        tip_parameter: parameter along a curve at which u or w ends.
+        projection_weight: weight of the projection.
     """
     planes = _planes(points, degree)
     pixel = _pixel(points, width, height)
     legs = _legs(planes) * pixel
     chord = legs.sum(0)
-    projection = (_overshoot(legs, chord).square() * _projection_weight(legs, chord, pixel)).sum()
-    tips = _tips(legs, TIP_PARAMETER if degree == 3 else SIDE_TIP_PARAMETER)
-    return projection + _mean(tips.square()) * 2.0 + _mean(_outside(planes[0] * pixel - 1.0).abs())
+    projection = (_overshoot(legs, chord).square() * _projection_share(legs, chord, pixel)).sum()
+    tips = _tips(legs, tip_parameter)
+    return projection_weight * projection + _mean(tips.square()) * 2.0 + _mean(_outside(planes[0] * pixel - 1.0).abs())
 
 
 def _overshoot(legs: Tensor, chord: Tensor) -> Tensor:
@@ -183,7 +187,7 @@ def _overshoot(legs: Tensor, chord: Tensor) -> Tensor:
     return _combine(_beyond(len(legs), legs.dtype, legs.device), (legs * chord).sum(1)).relu()
 
 
-def _projection_weight(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
+def _projection_share(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
     """Return the weight [N, 1] of a squared overshoot; no gradient flows through it, except by the chord of sides."""
     chord_squared, legs_squared = _dot(chord, chord), (legs * legs).sum((0, 1)).detach()
     if len(legs) == 3:
@@ -191,7 +195,7 @@ def _projection_weight(legs: Tensor, chord: Tensor, pixel: Tensor) -> Tensor:
     else:
         extent = torch.maximum(chord_squared, legs_squared / len(legs))
     extent = extent.mean(-1, keepdim=True) + (EXTENT_MIN * pixel).square().sum()
-    return extent.square().reciprocal() * (PROJECTION_WEIGHT / max(len(extent), 1))
+    return extent.square().reciprocal() / max(len(extent), 1)
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple
@@ -20,12 +20,19 @@ from warpvec.geometry.paints.registry import LINEAR
 from warpvec.geometry.scene import Scene
 from warpvec.image.alpha import ALPHA_MIN, MATTES, is_transparent, over, premultiplied
 from warpvec.image.gaussian_blur import GaussianBlur
+from warpvec.rendering.capacity import Counts
 from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer, mean_adjoints
+
+CHORDS_A_SEGMENT, STRIPS_A_PATH = 36, 9
+PAIRS_A_TILE, PAIRS_A_PATH = 16, 16
+SLOTS_A_TILE, SLOTS_A_PATH = 8, 12
+"""What a graph has room for at least, so that it need not be recorded again while paths are added: twice the most of
+fits of 512 and 1024 paths to kodim07 at 768 x 512, of 1024 at 384 x 256, and of 128 at 192 x 128."""
 
 
 class OutlineStep(NamedTuple):
@@ -75,10 +82,14 @@ class Target:
         # What the views are compared with; with `follow` not the views themselves.
         self._aims = [pixels for pixels, _ in self._views]
         self._similarities: list[Similarity] = []
+        self._is_shiftable = False
         self._steps = [RecordedStep(self._renderer) for _ in self._views]
+        self._least = least_counts(self._renderer.grid.count, config.curves, config.segments)
         self.error_scale = 1.0 / (3 * height * width)
         may_drop = any(step.may_drop for step in self._steps)
         self.fits = torch.ones_like(self._renderer.fits) if may_drop else None
+        if may_drop and config.ssim_weight > 0.0 and not config.lod:
+            self._make_shiftable()  # later the target would lie in other memory, and a graph be recorded again
 
     def fit_step(self, scene: Scene, want_removal_cost: bool) -> Adjoints:
         """Return the loss (mean squared error) of ``scene``, its adjoints and, on request, each path's removal cost.
@@ -107,8 +118,8 @@ class Target:
         """
         if not self._similarities:
             self._similarities = [Similarity(pixels, self._path_count) for pixels, _ in self._views]
-            blank = torch.zeros_like(self._views[0][0][..., 0])
-            self._prepared = [(self._renderer.prepare_target(pixels, blank), matte) for pixels, matte in self._views]
+            if not self._is_shiftable:
+                self._make_shiftable()
         mattes = [scene.background if matte is None else matte for _, matte in self._views]
         images = self._renderer.render_over(scene, mattes)
         for view, (image, similarity) in enumerate(zip(images, self._similarities, strict=True)):
@@ -116,6 +127,29 @@ class Target:
             shift = similarity.shift(image, weight * (image - pixels).square().mean())
             self._renderer.change_shift(self._prepared[view][0], shift)
             self._aims[view] = pixels + shift[..., None]
+
+    def _make_shiftable(self) -> None:
+        """Give the prepared targets a shift of zero."""
+        blank = torch.zeros_like(self._views[0][0][..., 0])
+        self._prepared = [(self._renderer.prepare_target(pixels, blank), matte) for pixels, matte in self._views]
+        self._is_shiftable = True
+
+    @property
+    def can_chain(self) -> bool:
+        """Whether steps can follow each other as one graph: there is one view, and a graph can be recorded."""
+        return self.fits is not None and len(self._views) == 1 and self._views[0][1] is None and self.blur is None
+
+    @property
+    def step_fits(self) -> Tensor:
+        """[1] float64 on the device: 1, or -1 if the last drawing exceeded the renderer's capacity."""
+        return self._renderer.fits
+
+    def chained_step(self, scene: Scene, after: Callable[[Adjoints], None]) -> Adjoints:
+        """Take a step like `fit_step` of a scene with room in its memory, and do with it what comes ``after``.
+
+        A graph contains both, and `fits` is left to ``after``. The next step overwrites the adjoints.
+        """
+        return self._steps[0].take(scene, self._prepared[0][0], after=after, least=self._least)
 
     def outline_step(self, scene: Scene) -> tuple[Adjoints, OutlineStep]:
         """Return the adjoints of `fit_step` with removal costs, and figures along the outlines of ``scene``.
@@ -281,6 +315,13 @@ class Target:
 
     def _blurred(self, image: Tensor) -> Tensor:
         return image if self.blur is None else self.blur(image)
+
+
+def least_counts(tile_count: int, path_count: int, segment_count: int) -> Counts:
+    """Return a capacity that fits of so many paths, of so many segments each, on so many tiles hardly exceed."""
+    pairs = PAIRS_A_TILE * tile_count + PAIRS_A_PATH * path_count
+    slots = SLOTS_A_TILE * tile_count + SLOTS_A_PATH * path_count
+    return Counts(CHORDS_A_SEGMENT * segment_count * path_count, STRIPS_A_PATH * path_count, pairs, slots)
 
 
 def _random_bits(shape: torch.Size, generator: torch.Generator) -> Tensor:

@@ -82,8 +82,8 @@ class Keywords(TypedDict, total=False):
     """CPU threads; the result does not depend on them."""
     fit_size: int
     """Longest side of the image that is fitted, in pixels."""
-    policy: Literal["scaffolding", "replacement"]
-    """Policy: scaffolding (Algorithm 1 of the paper) or replacement (Bezier Splatting's)."""
+    policy: Literal["scaffolding", "replacement", "stratification"]
+    """Policy: scaffolding (Algorithm 1) or replacement (Bezier Splatting's) or stratification (its code's)."""
     z_order: Literal["creation", "area"]
     """Paths on top: creation (the newest) or area (the smallest)."""
     initial_curves: int
@@ -122,6 +122,10 @@ class Keywords(TypedDict, total=False):
     """Decay of the learning rates: cosine, constant or steps (Bezier Splatting's)."""
     lr_final: float
     """Ratio of the final and the initial learning rate, for cosine decay."""
+    axis_rates: bool
+    """Measure the rate of the control points by half of each side, not of the longer one."""
+    common_age: bool
+    """Let new paths take the optimizer's count of steps from the others."""
     color_parameter: Literal["direct", "logit"]
     """Optimize colours directly (direct) or through a sigmoid (logit)."""
     opacity_weight: float
@@ -142,6 +146,10 @@ class Keywords(TypedDict, total=False):
     """Let the Gaussians inside a path move its control points."""
     covariance_gradient: bool
     """Let the sizes and directions of Gaussians move the control points."""
+    released_adjoint: bool
+    """Clip opacities in the adjoint as the code of Vector Scaffolding does."""
+    without_projection: bool
+    """Leave the projection out of the Bezier regularizer of --path-model sides."""
     replace_gap: int
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None

@@ -7,10 +7,9 @@ shares of its 10,000 iterations. Areas and sides are in pixels of the fitted ima
 
 Differences: a path has one opacity, as in the code's first release, and is a circle at the start, without jitter. The
 guard that should spare paths overlapped by a removed one never applies there and is left out, as is the factor on the
-gradient of the interior's colours. Boxes are of points on the outline; the interior samples are blends of these. Our
-learning rates are in units of half the longer side. Theirs are per axis, in units of half of each side. On a 3 : 2
-photo our steps in y are therefore 1.5 times as long. The pixels of a component that has been used are removed from the
-counts of all their levels, not only from that of the weightiest level.
+gradient of the interior's colours. Boxes are of points on the outline; the interior samples are blends of these. The
+pixels of a component that has been used are removed from the counts of all their levels, not only from that of the
+weightiest level.
 """
 
 from __future__ import annotations
@@ -89,6 +88,15 @@ class Replacement:
         """Return all N paths at random places and in muted random colours; nothing depends on the image."""
         count = self._config.curves
         return self._spawn(self._anywhere(count), self._uniform(count, 3).sigmoid(), background)
+
+    def look(
+        self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
+    ) -> None:
+        """Do nothing: new paths lie where the image is wrong after the step."""
+
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether paths are removed or added after ``iteration``."""
+        return replacement_due(iteration, self._config, iterations) is not None
 
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return False: removal depends on shape, opacity and neighbours."""

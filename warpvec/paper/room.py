@@ -17,20 +17,38 @@ _MODEL: dict[str, Any] = {
     "opacity_weight": 0.01,
     "ssim_weight": 0.0,
     "bezier_weight": 1.0,
+    "axis_rates": True,
+    "common_age": True,
 }
+"""What both papers, or their authors' codes, have in common."""
+
+RELEASED_PRUNE_OPACITY = 0.5024999791668749
+"""The sigmoid of 0.01. The code compares the logit of an opacity, not the opacity, with the paper's 0.01."""
+
+_PAPER: dict[str, Any] = {
+    **_MODEL,
+    "iterations": 5000,
+    "policy": "stratification",
+    "inflation_gap": 100,
+    "recycle_gap": 0,
+    "samples": 128,
+    "lr_points": 0.01,
+    "lr_color": 0.5,
+    "lr_opacity": 0.5,
+    "lr_decay": "constant",
+    "without_projection": True,
+}
+"""What the paper says and, where it is silent, what its authors' code does."""
 
 PRESETS = {
-    "paper": Preset(
-        "Vector Scaffolding as published (splat renderer); slow.",
+    "paper": Preset("Vector Scaffolding as published (splat renderer); slow.", _PAPER),
+    "paper-released": Preset(
+        "The same where its authors' code contradicts the paper; slow.",
         {
-            **_MODEL,
-            "iterations": 5000,
-            "inflation_gap": 100,
-            "recycle_gap": 0,
-            "lr_points": 0.01,
-            "lr_color": 0.5,
-            "lr_opacity": 0.5,
-            "lr_decay": "constant",
+            **_PAPER,
+            "prune_opacity": RELEASED_PRUNE_OPACITY,
+            "compensate": False,
+            "released_adjoint": True,
         },
     ),
     "bezier-splatting": Preset(
@@ -57,11 +75,15 @@ ROOM = Room(
     presets=PRESETS,
     renderers={"splat": "warpvec.paper.splat:SplatRenderer"},
     path_models={"sides": "warpvec.paper.sides:Sides"},
-    policies={"replacement": "warpvec.paper.replacement:Replacement"},
+    policies={
+        "replacement": "warpvec.paper.replacement:Replacement",
+        "stratification": "warpvec.paper.stratification:Stratification",
+    },
     words={
         "splat": "the paper's Gaussians",
         "sides": "two curves, for splat",
         "replacement": "Bezier Splatting's",
+        "stratification": "its code's",
     },
     short_fits=(
         {"preset": "paper", "samples": 2, "lines": 1},

@@ -44,6 +44,18 @@ class PaperSettings:
         False, Flag(), "Let the sizes and directions of Gaussians move the control points.", SPLAT, renderer="splat"
     )
     """Differentiate the sizes and directions of the Gaussians too, not only their positions."""
+    released_adjoint: bool = photo_setting(
+        False, Flag(), "Clip opacities in the adjoint as the code of Vector Scaffolding does.", SPLAT,
+        renderer="splat", stated="if used",
+    )  # fmt: skip
+    """In the adjoint, clip the alpha of a Gaussian at 0.99 and not at 0.999, and let it have a derivative where it is
+    clipped, as the released code does."""
+    without_projection: bool = photo_setting(
+        False, Flag(), "Leave the projection out of the Bezier regularizer of --path-model sides.", SPLAT,
+        stated="if used",
+    )  # fmt: skip
+    """Leave out the term that keeps the inner control points of a side between its ends, with Bezier Splatting's weight
+    of 0.01 inside the Bezier regularizer. Vector Scaffolding's code has none."""
     replace_gap: int = photo_setting(
         500, Whole(1, MAX_COUNT), "Iterations from removing paths to adding as many, and until the next removal.",
         REPLACEMENT,
@@ -58,6 +70,9 @@ def paper_settings(config: object) -> PaperSettings:
 
 def check(settings: Mapping[str, Any]) -> None:
     """Raise InputError for values that do not go together."""
+    if settings["policy"] == "stratification" and settings["path_model"] != "sides":
+        rule = "must be sides with the policy stratification"
+        raise InputError("path_model", rule, repr(settings["path_model"]), "give sides, or the policy scaffolding")
     if settings["path_model"] == "sides" and settings["renderer"] != "splat":
         rule = f"must be segments with the renderer {settings['renderer']}"
         raise InputError("path_model", rule, "'sides'", "give segments, or the renderer splat")

@@ -33,6 +33,7 @@ class SplatRenderer(TileRenderer):
         lines: lines between the sides, at least 1.
         interior_gradient: whether the Gaussians of the lines are attached to the control points.
         covariance_gradient: whether the covariances of attached Gaussians are attached as well as their centers.
+        released_adjoint: whether opacities are clipped in the adjoint as in the code of Vector Scaffolding.
         transmittance_min, machine: as every `TileRenderer` has them.
     """
 
@@ -45,6 +46,7 @@ class SplatRenderer(TileRenderer):
         lines: int = 40,
         interior_gradient: bool = True,
         covariance_gradient: bool = False,
+        released_adjoint: bool = False,
         transmittance_min: float = TRANSMITTANCE_MIN,
         **machine: Any,
     ) -> None:
@@ -52,7 +54,7 @@ class SplatRenderer(TileRenderer):
         launch, lanes, covariance = self._launch, self._lanes, covariance_gradient
         self._splatting = Splatting(launch, lanes, samples, lines, self.degree, interior_gradient, covariance)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
-        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, transmittance_min)
+        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, transmittance_min, released_adjoint)
         self._buffers = launch.make_buffers()
         self._ones = torch.ones(0)
 

@@ -26,6 +26,10 @@ class Counts(NamedTuple):
         """Return the counts plus a half, for paths that grow, plus 256, for scenes that are almost empty."""
         return Counts(*(count + count // 2 + 256 for count in self))
 
+    def at_least(self, least: Counts | None) -> Counts:
+        """Return the larger one of each count and that of ``least``."""
+        return self if least is None else Counts(*map(max, self, least))
+
 
 class Capacity:
     """The capacity of the steps on one device, and a record of the steps that exceeded it.

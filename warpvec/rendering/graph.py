@@ -9,6 +9,7 @@ if a replay differs from a step that reads its counts, all steps read counts.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -68,8 +69,16 @@ class RecordedStep:
         scene: Scene,
         prepared_target: Tensor,
         want_removal_cost: bool = False,
+        after: Callable[[Adjoints], None] | None = None,
+        least: Counts | None = None,
     ) -> Adjoints:
-        """Return what ``renderer.fit_step`` does; the next step overwrites it unless ``want_removal_cost``."""
+        """Return what ``renderer.fit_step`` does; the next step overwrites it unless ``want_removal_cost``.
+
+        Args:
+            after: what is done with the adjoints, by launches of kernels alone; the graph then contains it. It must do
+                the same as long as the addresses of the scene are the same. Give it always, or never.
+            least: the least capacity of a graph.
+        """
         inputs = (scene, prepared_target)
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
@@ -77,32 +86,43 @@ class RecordedStep:
         has_own = scene.strokes is not None or scene.softness is not None
         has_own = has_own or (scene.gradients is not None and scene.gradients.stops is not None)
         if self.is_paused or not self._record or has_own:
-            return self._renderer.fit_step(*inputs, out=self._out_for(scene))
+            return _followed(self._renderer.fit_step(*inputs, out=self._out_for(scene)), after)
         addresses = _addresses(scene, prepared_target)
         recording = self._recording
         if recording is not None and recording.addresses == addresses and recording.growth == self._renderer.growth:
-            self._replay(recording)
+            self._replay(recording, is_checked=after is None)
             return recording.out
         out = self._out_for(scene)
         if self._counted is not None and self._counted[0] == addresses:
-            self._rehearse(inputs, out, addresses, self._counted[1])
+            self._rehearse(inputs, out, addresses, self._counted[1], after)
         else:
             self._recording = None
             self._renderer.fit_step(*inputs, out=out)
-            self._counted = addresses, self._renderer.counts.with_headroom()
-        return out
+            self._counted = addresses, self._renderer.counts.with_headroom().at_least(least)
+        return _followed(out, after)
 
     def forget(self) -> None:
         """Drop the recording; the next step reads its counts and cannot be dropped."""
         self._recording = self._counted = None
 
-    def _rehearse(self, inputs: _Inputs, out: Adjoints, addresses: _Addresses, limit: Counts) -> None:
-        """Take a step with the capacity ``limit``, which brings all buffers to their size, and record another one."""
+    def _rehearse(
+        self,
+        inputs: _Inputs,
+        out: Adjoints,
+        addresses: _Addresses,
+        limit: Counts,
+        after: Callable[[Adjoints], None] | None,
+    ) -> None:
+        """Take a step with the capacity ``limit``, which brings all buffers to their size, and record another one.
+
+        The step that is taken is not followed by ``after``, the recorded one is.
+        """
         self._counted = None
         direct = None if self._is_checked else _copies(self._renderer.fit_step(*inputs, out=out))
         self._renderer.set_capacity(limit)
         try:
-            graph, growth = self._record_graph(inputs, out)
+            graph, growth = self._record_graph(inputs, out, after if direct is None else None)
+            followed = graph if direct is None or after is None else self._capture(inputs, out, after)
         except (InputError, RuntimeError):  # too little memory for the capacity, or the driver cannot record
             self._record = False
         finally:
@@ -110,16 +130,22 @@ class RecordedStep:
         if not self._record:
             self._renderer.fit_step(*inputs, out=out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
-            self._recording = _Recording(graph, out, addresses, growth, inputs[0].structure)
+            self._recording = _Recording(followed, out, addresses, growth, inputs[0].structure)
             self._replays, self._dropped_steps = 0, self._renderer.dropped_steps
 
-    def _record_graph(self, inputs: _Inputs, out: Adjoints) -> tuple[Any, int]:
+    def _record_graph(
+        self, inputs: _Inputs, out: Adjoints, after: Callable[[Adjoints], None] | None
+    ) -> tuple[Any, int]:
         """Return the graph of a step, and the growth of the buffers before it was recorded."""
         self._renderer.fit_step(*inputs, out=out)
         growth = self._renderer.growth
+        return self._capture(inputs, out, after), growth
+
+    def _capture(self, inputs: _Inputs, out: Adjoints, after: Callable[[Adjoints], None] | None) -> Any:
+        """Return the graph of a step, and of what is done ``after`` it."""
         with whole_arrays(), wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
-            self._renderer.fit_step(*inputs, out=out)
-        return capture.graph, growth
+            _followed(self._renderer.fit_step(*inputs, out=out), after)
+        return capture.graph
 
     def _agrees(self, graph: Any, out: Adjoints, direct: list[Tensor]) -> bool:
         """Return whether a replay gives the same bits as a step that reads counts; if not, stop recording for good."""
@@ -134,9 +160,11 @@ class RecordedStep:
                 value.copy_(right)
         return self._record
 
-    def _replay(self, recording: _Recording) -> None:
+    def _replay(self, recording: _Recording, is_checked: bool) -> None:
         wp.capture_launch(recording.graph)
         self._replays += 1
+        if not is_checked:  # who follows steps looks for dropped ones, at its own times
+            return
         if self._replays % _CHECK_GAP == 0 and self._renderer.dropped_steps > self._dropped_steps:
             self._recording = None
 
@@ -145,6 +173,12 @@ class RecordedStep:
         if out is None or not _fits(out, scene):
             self._out = out = self._renderer.make_adjoints(scene)
         return out
+
+
+def _followed(adjoints: Adjoints, after: Callable[[Adjoints], None] | None) -> Adjoints:
+    if after is not None:
+        after(adjoints)
+    return adjoints
 
 
 def _fits(out: Adjoints, scene: Scene) -> bool:

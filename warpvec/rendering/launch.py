@@ -348,6 +348,11 @@ def as_warp(tensor: torch.Tensor, dtype: Any, *, whole: bool = False) -> Any:
 _are_whole: list[bool] = []
 
 
+def is_recording() -> bool:
+    """Return whether a graph is recorded: `as_warp` makes whole arrays."""
+    return bool(_are_whole)
+
+
 @contextmanager
 def whole_arrays() -> Iterator[None]:
     """Let `as_warp` make whole arrays while a graph is recorded."""

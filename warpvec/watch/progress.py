@@ -34,7 +34,7 @@ class Progress:
 
 
 OnProgress = Callable[[Progress], None]
-"""Function that a fit calls after every iteration."""
+"""Function that a fit calls after every iteration; on a GPU after a dozen or more that follow each other there."""
 
 
 class HistoryEntry(TypedDict):

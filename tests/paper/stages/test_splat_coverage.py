@@ -98,7 +98,7 @@ def test_everything_within_reach_is_drawn_up_to_the_cut(backend: Backend) -> Non
 def test_stacked_gaussians_come_near_to_one_and_no_further(backend: Backend, dtype: torch.dtype) -> None:
     scene = white(circle(24.0, 16.0, 3.0), 1.0, 33, 50)
     got = coverage(scene, Settings(), backend, dtype)
-    assert got.max() <= 1.0 and got[16, 24] > 1 - 1e-6
+    assert got.max() <= 1.0 and got[16, 24] > 0.98
     assert got.min() == 0.0
 
 

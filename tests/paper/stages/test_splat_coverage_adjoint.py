@@ -87,12 +87,27 @@ def test_the_position_of_a_point_in_closed_form(offset: tuple[float, float], bac
     scene = white(circle(0.5 - dx, 0.5 - dy, 0.0), opacity, 1, 1)
     d = torch.tensor([dx, dy], dtype=torch.float64)
     side = torch.tensor([0.3, 0.75], dtype=torch.float64)
-    line = torch.tensor([0.25, 0.25], dtype=torch.float64)
+    line = torch.tensor([0.01, 0.01], dtype=torch.float64)  # which reaches no pixel centre
     a, b = (opacity * torch.exp(-0.5 * (d / sigma).square().sum()) for sigma in (side, line))
     clear = (1 - a) ** 10 * (1 - b) ** 10
     want = clear * 10 * (a / (1 - a) * d / side**2 + b / (1 - b) * d / line**2)
     got = pull(scene, SMALL, backend, torch.ones(1, 1)).points[0].sum(0)
     torch.testing.assert_close(got, want, rtol=1e-11, atol=1e-13)
+
+
+@sweep("opacity", [0.5, 1.0])
+def test_the_released_adjoint_divides_by_a_hundredth_and_goes_on_where_alpha_is_clipped(
+    opacity: float, backend: Backend
+) -> None:
+    # The ten boundary centres of the scene above; the lines' Gaussians reach no pixel centre.
+    scene, d = white(circle(0.5, 0.45, 0.0), opacity, 1, 1), torch.tensor([0.0, 0.05], dtype=torch.float64)
+    side = torch.tensor([0.3, 0.75], dtype=torch.float64)
+    a = opacity * torch.exp(-0.5 * (d / side).square().sum())
+    passed = (1 - a.clamp(max=0.999)) ** 10
+    want = 10 * passed * a / (1 - a.clamp(max=0.99)) * d / side**2
+    renderer = make_splat_renderer(scene, SMALL, backend, released_adjoint=True)
+    got = adjoint(scene, renderer, torch.ones(1, 1, 3, dtype=torch.float64) / 3).points[0].sum(0)
+    torch.testing.assert_close(got[1], want[1], rtol=1e-9, atol=0)
 
 
 @precisions

@@ -49,9 +49,9 @@ def expected_planes(found: Gaussians, opacity: float = 0.8) -> Tensor:
     return torch.stack(values, 2)
 
 
-def check(points: Tensor, settings: Settings, backend: Backend, atol: float = 1e-11) -> None:
+def check(points: Tensor, settings: Settings, backend: Backend, rtol: float = 1e-10, atol: float = 1e-9) -> None:
     got = place(points, settings, backend)[..., : settings.samples]
-    torch.testing.assert_close(got, expected_planes(gaussians(points, settings)), rtol=1e-11, atol=atol)
+    torch.testing.assert_close(got, expected_planes(gaussians(points, settings)), rtol=rtol, atol=atol)
 
 
 @sweep(("samples", "lines"), COUNTS)
@@ -71,15 +71,15 @@ def test_the_default_numbers_of_samples_and_lines(backend: Backend) -> None:
 
 @sweep("seed", range(4))
 def test_gaussians_of_degenerate_paths(seed: int, backend: Backend) -> None:
-    # The tolerance allows for rounding of paths at 1e6 px.
-    check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), backend, atol=1e-8)
+    # The tolerances allow for rounding of paths at 1e6 px, whose inverse covariances are up to 1e4.
+    check(degenerate_scene(seed, 9, 40, 50).points, Settings(9, 3), backend, 1e-7, 1e-4)
 
 
 def test_single_precision(backend: Backend) -> None:
     points = random_scene(2, 5, 400, 500).points
     got = place(points, Settings(20, 7), backend, torch.float32)[..., :20]
-    # A centre at 500 px, and so a spacing of 1 px, is accurate to 3e-5 px.
-    torch.testing.assert_close(got, expected_planes(gaussians(points, Settings(20, 7))), rtol=1e-3, atol=1e-3)
+    # A centre at 500 px is accurate to 3e-5 px, and so the inverse square of a spacing of 0.1 px to some 5e-3.
+    torch.testing.assert_close(got, expected_planes(gaussians(points, Settings(20, 7))), rtol=5e-3, atol=1e-3)
 
 
 @precisions

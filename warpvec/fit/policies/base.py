@@ -31,6 +31,14 @@ class Policy(Protocol):
     def restore(self, state: State) -> None:
         """Continue from ``state``, which :meth:`check` has accepted."""
 
+    def look(
+        self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
+    ) -> None:
+        """Look at the paths before ``iteration`` (the first is 1) steps them; arguments as in :meth:`update`."""
+
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether :meth:`update` after ``iteration`` changes paths without their removal costs."""
+
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`update` after ``iteration`` (the first is 1) needs each path's removal cost."""
 

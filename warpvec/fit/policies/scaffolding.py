@@ -48,6 +48,15 @@ class Scaffolding:
         error = blank_error(self._image, background)
         return self._spawn(schedule.population(0, self._config), self._radius(0), error, background)
 
+    def look(
+        self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
+    ) -> None:
+        """Do nothing: new paths lie where the image is wrong after the step."""
+
+    def is_due(self, iteration: int, iterations: int) -> bool:
+        """Return whether an inflation follows ``iteration``."""
+        return self._generation_due(iteration, iterations) > self._generation
+
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return whether a recycling follows ``iteration`` (the first is 1); it needs each path's removal cost."""
         full = self._generation >= schedule.inflation_count(self._config)
@@ -118,11 +127,15 @@ class Scaffolding:
         config = self._config
         before = len(population)
         population.keep(population.scene.opacity > config.prune_opacity)
-        pruned = before - len(population)
-        grown = schedule.population(generation, config) - schedule.population(self._generation, config)
+        count = self._added_count(generation, before, before - len(population))
         self._generation = generation
-        count = grown + (pruned if config.compensate else 0)
         self._append(population, count, self._radius(generation), squared_error)
+
+    def _added_count(self, generation: int, before: int, pruned: int) -> int:
+        """Return how many paths the inflation to ``generation`` adds, after ``pruned`` of ``before`` were removed."""
+        config = self._config
+        grown = schedule.population(generation, config) - schedule.population(self._generation, config)
+        return grown + (pruned if config.compensate else 0)
 
     def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
         """Move the paths with the lowest removal cost to where the residual is large."""

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from warpvec.kernels import splat_coverage as kernels
 from warpvec.kernels import splat_coverage_adjoint as adjoint_kernels
-from warpvec.kernels.constants import COLUMNS, TRANSMITTANCE_MIN
+from warpvec.kernels.constants import COLUMNS, RELEASED_ALPHA_MAX, SPLAT_ALPHA_MAX, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import Lanes
 from warpvec.paper.stages.splat_binning import SplatBinning
 from warpvec.paper.stages.splatting import Splatting
@@ -32,9 +32,13 @@ class SplatCoverage:
         grid: TileGrid,
         covariance: bool,
         transmittance_min: float = TRANSMITTANCE_MIN,
+        released_adjoint: bool = False,
     ) -> None:
         self._launch, self._lanes, self._grid = launch, lanes, grid
         self._covariance, self._transmittance_min = covariance, lanes.dtype(transmittance_min)
+        # An opacity is at most 1, so no alpha is 2.
+        limits = (2.0, RELEASED_ALPHA_MAX) if released_adjoint else (SPLAT_ALPHA_MAX, SPLAT_ALPHA_MAX)
+        self._adjoint_limits = [lanes.dtype(limit) for limit in limits]
         self._buffers = launch.make_buffers()
         self.tile_first_visible = self._buffers.get("tile_first_visible", grid.count, wp.int32)
 
@@ -62,7 +66,8 @@ class SplatCoverage:
         pairs = [binning.path_tile_box, binning.path_first_pair, binning.pair_class, binning.pair_slot]
         inputs = [self._pair_is_visible, splatting.splats, as_warp(opacity, lanes.dtype)]
         counts = [splatting.row_count, splatting.sample_stride, self._grid.height, self._grid.width]
-        arguments = [*pairs, *inputs, *counts, self.slot_coverage, self._slot_transmittance, splat_sums]
+        pixels = [*self._adjoint_limits, self.slot_coverage, self._slot_transmittance]
+        arguments = [*pairs, *inputs, *counts, *pixels, splat_sums]
         stage = adjoint_kernels.make_kernels(lanes, self._covariance)
         self._launch.shared(stage.cover_splats_adjoint, splat_count, arguments)
         return splat_sums

@@ -1,0 +1,121 @@
+"""Chains of a fit: one graph serves whole stretches of it, and gives the same paths as steps by themselves.
+
+A fit on a GPU has chains. Here the CPU has them too, with the kernels of a GPU on one thread.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import torch
+import warp as wp
+from short_fits import small_photo
+from torch import Tensor
+from torch.utils._python_dispatch import TorchDispatchMode
+
+from warpvec.config.presets import make_config
+from warpvec.fit import loop, target
+from warpvec.fit.arena import Arena
+from warpvec.fit.chain import Chain
+from warpvec.fit.loop import fit
+from warpvec.rendering import graph, launch
+from warpvec.rendering.graph import RecordedStep
+from warpvec.rendering.stages import binning, flattening
+
+READS = ("_local_scalar_dense", "nonzero")
+"""Operations of torch for which the host waits for a GPU."""
+
+DIRECT_STEPS = 2
+"""Steps of chains that read counts: the first of a fit, and one that the first replay is checked with."""
+
+
+class Counts(Counter[str]):
+    """What a fit does: graphs recorded and replayed, launches by the host, and reads; those in chains also apart."""
+
+    chains = 0
+
+    def count(self, name: str, act: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*args: Any, **kwargs: Any) -> Any:
+            self[name] += 1
+            if self.chains:
+                self[f"{name} in chains"] += 1
+            return act(*args, **kwargs)
+
+        return counted
+
+    def chained(self, run: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*args: Any) -> Any:
+            self.chains += 1
+            try:
+                return run(*args)
+            finally:
+                self.chains -= 1
+
+        return counted
+
+
+class Reads(TorchDispatchMode):
+    """Counts the reads of torch."""
+
+    def __init__(self, counts: Counts) -> None:
+        super().__init__()
+        self._counts = counts
+
+    def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
+        act = self._counts.count("reads", func) if any(name in str(func) for name in READS) else func
+        return act(*args, **(kwargs or {}))
+
+
+@pytest.fixture
+def counts(monkeypatch: pytest.MonkeyPatch) -> Counts:
+    """Count what fits do, which can have chains."""
+    found, make = Counts(), target.make_renderer
+    monkeypatch.setattr(target, "make_renderer", lambda **given: make(**{**given, "lane_width": 1, "threads": 1}))
+    monkeypatch.setattr(graph, "_can_record", lambda device: True)
+    for stage in (binning, flattening):
+        monkeypatch.setattr(stage, "read_total", found.count("count reads", stage.read_total))
+    monkeypatch.setattr(wp, "capture_launch", found.count("replays", wp.capture_launch))
+    for owner, method, name in ((RecordedStep, "_capture", "graphs"), (launch._Command, "run", "launches")):
+        monkeypatch.setattr(owner, method, found.count(name, getattr(owner, method)))
+    monkeypatch.setattr(Arena, "__init__", found.count("arenas", Arena.__init__))
+    monkeypatch.setattr(Chain, "run", found.chained(Chain.run))
+    return found
+
+
+def values_of(result: Any) -> list[Tensor]:
+    scene = result.scene
+    return [scene.segments, scene.color, scene.opacity, scene.background, scene.generation]
+
+
+def test_a_chained_fit_ends_with_the_same_bits(counts: Counts, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = make_config(curves=40, iterations=150, device="cpu")
+    got = fit(small_photo(), config)
+    assert counts["replays"] > 100
+    monkeypatch.setattr(loop, "can_chain", lambda *args: False)
+    counts.clear()
+    want = fit(small_photo(), config)
+    assert counts["graphs"] > 2
+    assert all(map(torch.equal, values_of(got), values_of(want)))
+    assert [entry["psnr"] for entry in got.history] == [entry["psnr"] for entry in want.history]
+
+
+def test_a_fit_records_hardly_any_graph_and_chains_read_nothing(counts: Counts) -> None:
+    """500 iterations with inflations, recyclings and exchanges of nodes."""
+    with Reads(counts):
+        fit(small_photo(), make_config(curves=40, iterations=500, device="cpu"))
+    assert counts["graphs"] <= 5 and counts["arenas"] == 1
+    assert counts["replays in chains"] > 0.9 * 500
+    assert counts["reads in chains"] == 0
+    assert counts["count reads in chains"] == 4 * DIRECT_STEPS
+
+
+def test_more_paths_than_there_is_room_for_get_a_larger_arena(counts: Counts) -> None:
+    """A drawing to begin with may have more segments a path than the settings."""
+    start = fit(small_photo(), make_config(curves=12, segments=9, iterations=40, device="cpu")).scene
+    counts.clear()
+    result = fit(small_photo(), make_config(curves=12, iterations=60, device="cpu"), start=start)
+    assert result.scene.structure.segment_count > 60
+    assert counts["arenas"] >= 1 and result.scene.segments.isfinite().all()

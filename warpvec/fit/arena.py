@@ -1,0 +1,125 @@
+"""Memory with room for paths that come and go, in which a recorded graph finds them without being recorded again.
+
+A graph reads and writes fixed addresses, and launches fixed numbers of items. So the paths of a fit on a GPU lie at the
+front of arrays that have room for more, and their number is on the device. Entries of the room draw nothing and are not
+stepped: the paths after the last one have no segments, and the segments after the last one are those of one more path,
+which lies off the canvas without an extent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from warpvec.fit.parametrization import PLANES
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+
+OFF_CANVAS = -64.0
+"""Both coordinates in pixels of segments that no path has: off every canvas."""
+
+SEGMENT_ROOM = 1.125
+"""Room for segments over the mean of the settings: paths of many are replaced by paths of few, and the other way round,
+6 % at a time."""
+
+
+class Held(NamedTuple):
+    """The paths of a fit: the scene, and the parameters and averages that stand for it.
+
+    Attributes:
+        scene: N paths with R segments.
+        rows: planes of segments [5, R, 2 M], colours [5, N, 3] and opacities [5, N, 1].
+        segment_age: [R] int64.
+        age: [N + 1 or more] int64, of the paths first, and of the background last.
+    """
+
+    scene: Scene
+    rows: tuple[Tensor, ...]
+    segment_age: Tensor
+    age: Tensor
+
+
+class Arena:
+    """Memory for ``path_room`` paths of ``segment_room`` segments on ``device``.
+
+    Attributes:
+        padded: the whole memory as a scene.
+        rows, segment_age, age: the whole memory of `Held`.
+        counts: number of paths [1] (int32).
+    """
+
+    def __init__(self, held: Held, path_room: int, segment_room: int) -> None:
+        scene, device = held.scene, held.scene.segments.device
+        paths, rows = path_room + 1, segment_room
+
+        def blank(*shape: int, dtype: torch.dtype = torch.float32) -> Tensor:
+            return torch.zeros(shape, dtype=dtype, device=device)
+
+        self._path_room, self._segment_room = path_room, segment_room
+        widths = [values.shape[-1] for values in held.rows]
+        self.rows = tuple(blank(PLANES, n, width) for n, width in zip((rows, paths, paths), widths, strict=True))
+        self.segment_age, self.age = (blank(n, dtype=torch.int64) for n in (rows, paths + 1))
+        self.counts = blank(1, dtype=torch.int32)
+        names = ("loop_first_segment", "path_first_loop", "segment_path", "segment_next", "segment_previous")
+        sizes = (paths + 1, paths + 1, rows, rows, rows)
+        self._tables = {name: blank(n, dtype=torch.int32) for name, n in zip(names, sizes, strict=True)}
+        self._tables["path_first_loop"].copy_(torch.arange(paths + 1))  # a loop a path
+        first, loops = self._tables["loop_first_segment"], self._tables["path_first_loop"]
+        structure = Structure(first, loops, check=False)
+        # What these are made from changes in its memory, and so do they.
+        vars(structure).update(self._tables, path_first_segment=first, _last_segment=rows)
+        segments = blank(rows, *scene.segments.shape[1:])
+        looks = (blank(paths, 3), blank(paths), scene.background, blank(paths, dtype=torch.int64))
+        self.padded = Scene(segments, structure, *looks, scene.transparent)
+
+    def has_room(self, scene: Scene) -> bool:
+        """Return whether ``scene`` is plain, and small enough."""
+        fits = len(scene) <= self._path_room and scene.structure.segment_count <= self._segment_room
+        return fits and is_plain(scene)
+
+    def take(self, held: Held) -> Held:
+        """Copy the paths into this memory, and return them there."""
+        scene, padded = held.scene, self.padded
+        count, rows = len(scene), scene.structure.segment_count
+        self._follow(scene.structure)
+        padded.segments[:rows] = scene.segments
+        padded.segments[rows:] = OFF_CANVAS
+        for name in ("color", "opacity"):
+            getattr(padded, name)[:count] = getattr(scene, name)
+        if padded.background is not scene.background:
+            padded.background.copy_(scene.background)
+        for own, values in zip(self.rows, held.rows, strict=True):
+            own[:, : values.shape[1]] = values
+        self.segment_age[:rows] = held.segment_age
+        self.age[:count], self.age[-1:] = held.age[:count].clone(), held.age[-1:].clone()
+        self.counts.fill_(count)
+        color, opacity, background = padded.color[:count], padded.opacity[:count], padded.background
+        found = replace(scene, segments=padded.segments[:rows], color=color, opacity=opacity, background=background)
+        own_rows = zip(self.rows, (rows, count, count), strict=True)
+        return Held(found, tuple(values[:, :n] for values, n in own_rows), self.segment_age[:rows], self.age)
+
+    def _follow(self, structure: Structure) -> None:
+        """Write the tables of ``structure``, and those of the room behind it."""
+        tables, count, rows = self._tables, structure.path_count, structure.segment_count
+        tables["loop_first_segment"][:count] = structure.loop_first_segment[:-1]
+        tables["loop_first_segment"][count:-1] = rows
+        tables["loop_first_segment"][-1:] = self._segment_room
+        rest = torch.arange(rows, self._segment_room, dtype=torch.int32, device=self.counts.device)
+        behind = {
+            "segment_path": torch.full_like(rest, self._path_room),
+            "segment_next": rest.roll(-1),
+            "segment_previous": rest.roll(1),
+        }
+        for name, values in behind.items():
+            tables[name][:rows] = getattr(structure, name)
+            tables[name][rows:] = values
+
+
+def is_plain(scene: Scene) -> bool:
+    """Return whether every path of ``scene`` is one loop of curves with a flat fill."""
+    structure = scene.structure
+    more = (scene.gradients, scene.strokes, scene.forms, scene.softness, structure.is_line, structure.is_open)
+    return all(each is None for each in more) and structure.loop_count == structure.path_count
