@@ -21,10 +21,10 @@ from PIL import ExifTags, Image, UnidentifiedImageError
 from warpvec.errors import InputError
 from warpvec.image import tiff
 from warpvec.image.extra_formats import EXTRA_FORMATS, remedy_of
+from warpvec.image.icc import to_srgb
 from warpvec.image.jpeg2000 import check_depth
 from warpvec.image.pam import PAM_MARK, pam_samples
 from warpvec.image.png_colors import in_srgb, png_curve, png_matrix
-from warpvec.image.icc import to_srgb
 from warpvec.image.quick_files import MAX_SCANS, scan_count
 from warpvec.image.tiff import check_tiles, silent_libtiff
 
@@ -190,8 +190,9 @@ def _wide_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     """Return grey samples of more than 8 bits, which Pillow's own conversion to RGB would clip at 255."""
     samples = np.asarray(image)
     if image.mode == "F":
-        if not (samples.min() >= 0 and samples.max() <= 1):  # NaN too
-            found = f"{samples.min():g} to {samples.max():g} in {label}"
+        low, high = samples.min(), samples.max()
+        if not (low >= 0 and high <= 1):  # NaN too, which is both of them
+            found = f"{low:g} to {high:g} in {label}".replace("nan to nan", "NaN")
             raise InputError(name, "must have numbers in [0, 1]", found, "save it with 8 or 16 bits per channel")
         return 1 - samples if tiff.is_negative(image) else samples
     if samples.min() < 0 or samples.max() > 65535:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 _SIZES = b"\xff\x4f\xff\x51"
-"""Begin of a codestream: the markers SOC and SIZ (ITU-T T.800, annex A)."""
+"""Begin of a codestream: the markers of the start and of the size (ITU-T T.800, annex A)."""
 
 _COUNT_AT = 40
-"""Bytes from SOC to the number of components, after which each has three bytes: depth less 1, and two steps."""
+"""Bytes from the start to the number of components, after which each has three bytes: depth less 1, and two steps."""
 
 
 def check_depth(data: bytes) -> None:

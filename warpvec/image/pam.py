@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ _MAX_HEAD = 2**16
 """Longest header in bytes; those of netpbm have some hundred."""
 
 
-def pam_samples(data: bytes, check: Callable[[int, int, bool], None]) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def pam_samples(data: bytes, check: Callable[[int, int, bool], None]) -> NDArray[Any]:
     """Return the samples [h, w, 1 to 4] of the PAM file ``data``, whose depths of 2 and 4 have alpha.
 
     ``check`` refuses a width, a height, and whether there is alpha, before the samples are looked at.
@@ -41,4 +42,5 @@ def pam_samples(data: bytes, check: Callable[[int, int, bool], None]) -> NDArray
     full = 65535 if most > 255 else 255
     # Of the array of the levels, not of the samples: it is small.
     levels = (np.arange(most + 1) * (full / most)).round().astype(np.uint16 if full > 255 else np.uint8)
-    return levels[samples]
+    found: NDArray[Any] = levels[samples]
+    return found

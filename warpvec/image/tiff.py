@@ -1,4 +1,4 @@
-"""Refuse TIFF files that Pillow reads wrongly, choose their page, and keep libtiff from writing to stderr: Pillow does neither."""
+"""Refuse TIFF files that Pillow reads wrongly, choose their page, and keep libtiff from writing to stderr."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from PIL import Image, TiffImagePlugin
-
 
 _NEW_SUBFILE_TYPE, _REDUCED = 254, 1
 """The tag of what a page is, and its bit of a smaller copy of another page (TIFF 6, page 36)."""
@@ -59,7 +58,7 @@ def check_samples(image: Image.Image) -> None:
     if photometric in _GREY and count > len(image.getbands()):
         raise ValueError(f"{count} bands, which are no colours; save one band, or three as RGB")
     if photometric == _RGB and count > len(image.getbands()):
-        raise ValueError(f"{count} samples per pixel, of which it does not say what number 4 is; save it as RGB or RGBA")
+        raise ValueError(f"{count} samples per pixel, and no word on what number 4 is; save it as RGB or RGBA")
     if count > 1 and bits > 8 and not image.use_load_libtiff and tags.get(TiffImagePlugin.PLANAR_CONFIGURATION, 1) == 2:
         raise ValueError(f"uncompressed planes of {bits} bits; save it with interleaved samples, or compressed")
 
