@@ -25,6 +25,7 @@ from mcp import Client
 from mcp.client.stdio import StdioServerParameters
 
 from warpvec.agents.server import make_server
+from warpvec.agents.tools import Tools
 
 Call = Callable[..., Awaitable[Any]]
 
@@ -124,3 +125,22 @@ def test_the_command_wants_folders_that_are_there(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="FOLDER must be an existing folder"):
         Folders([str(tmp_path / "none")])
     assert_refused(invoke("mcp", tmp_path / "none"), "FOLDER must be an existing folder", "create it first")
+
+
+def test_what_cannot_be_read_or_written_is_refused_before_a_fit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tools = Tools(Folders([str(folder)]))
+    os.mkfifo(folder / "pipe.png")
+    Image.new("RGB", (4, 4)).save(folder / "in.png")
+
+    def call_again(*_: Any, **__: Any) -> None:
+        with pytest.raises(InputError, match="in use"):
+            tools.vectorize("in.png", "new.svg", {}, overwrite=True)
+        (folder / "new.svg").write_text("of another program")
+
+    monkeypatch.setattr("warpvec.agents.tools.vectorize", call_again)
+    for image, out, words in [("pipe.png", "new.svg", "pipe"), ("in.png", "no/new.svg", "folder")]:
+        with pytest.raises(InputError, match=words):
+            tools.vectorize(image, out, {}, overwrite=False)
+    with pytest.raises(InputError, match="must not exist"):  # found after the fit, and left as it is
+        tools.vectorize("in.png", "new.svg", {}, overwrite=False)
+    assert (folder / "new.svg").read_text() == "of another program"

@@ -36,6 +36,17 @@ class Folders:
             raise InputError(name, f"must be a file in {listed}", repr(path), "choose a path in there")
         return found
 
+    def source(self, path: str, name: str) -> Path:
+        """Return the file at ``path`` to read: no pipe or device, which may never end.
+
+        Raises:
+            InputError: as `file`; or it is of such a kind.
+        """
+        found = self.file(path, name)
+        if found.exists() and not (found.is_file() or found.is_dir()):
+            raise InputError(name, "must be a file, not a pipe or device", repr(path), "save it as a file first")
+        return found
+
     def new_file(self, path: str, name: str, *, overwrite: bool) -> Path:
         """Return the file at ``path`` to write to.
 
@@ -43,6 +54,8 @@ class Folders:
             InputError: it is in none of the folders; or it is there, and ``overwrite`` is false.
         """
         found = self.file(path, name)
+        if not found.parent.is_dir():
+            raise InputError(name, "must be in an existing folder", repr(path), "create it first")
         if found.exists() and not overwrite:
             raise InputError(name, "must not exist", repr(path), "choose another name, or set overwrite")
         return found

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import threading
 from base64 import b64encode
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +63,8 @@ class Tools:
 
     def __init__(self, folders: Folders, threads: int | None = None) -> None:
         self._folders, self._threads, self._turn = folders, threads, threading.Lock()
+        self._taken: set[Path] = set()
+        self._taking = threading.Lock()
 
     def vectorize(self, image: str, out: str, settings: dict[str, Any], *, overwrite: bool) -> Answer:
         """Draw the picture ``image`` as the file ``out``.
@@ -68,10 +72,11 @@ class Tools:
         Raises:
             InputError: a file is outside of the folders or cannot be used, or a setting is wrong.
         """
-        source = self._folders.file(image, "image")
-        target = self._target(out, overwrite)
-        with self._turn:
-            return self._saved(vectorize(source, **self._with_usual({**usual_settings(target), **settings})), target)
+        source = self._folders.source(image, "image")
+        with self._target(out, overwrite) as target, self._turn:
+            return self._saved(
+                vectorize(source, **self._with_usual({**usual_settings(target), **settings})), target, overwrite
+            )
 
     def refine(self, image: str, svg: str, out: str, settings: dict[str, Any], *, overwrite: bool) -> Answer:
         """Fit the drawing ``svg`` to the picture ``image``, as the file ``out``.
@@ -79,10 +84,9 @@ class Tools:
         Raises:
             InputError: as `vectorize`.
         """
-        source, drawing = self._folders.file(image, "image"), self._folders.file(svg, "svg")
-        target = self._target(out, overwrite)
-        with self._turn:
-            return self._saved(refine(source, drawing, **self._with_usual(settings)), target)
+        source, drawing = self._folders.source(image, "image"), self._folders.source(svg, "svg")
+        with self._target(out, overwrite) as target, self._turn:
+            return self._saved(refine(source, drawing, **self._with_usual(settings)), target, overwrite)
 
     def evaluate(self, image: str, svg: str) -> Answer:
         """Measure how well the drawing ``svg`` matches the picture ``image``.
@@ -90,16 +94,25 @@ class Tools:
         Raises:
             InputError: a file is outside of the folders or cannot be used.
         """
-        pixels = read_image(self._folders.file(image, "image"), name="image")
-        data = read_file(self._folders.file(svg, "svg"), MAX_SVG_BYTES, "svg", "an SVG file")
+        pixels = read_image(self._folders.source(image, "image"), name="image")
+        data = read_file(self._folders.source(svg, "svg"), MAX_SVG_BYTES, "svg", "an SVG file")
         figures = evaluate(data, pixels)
         facts = {name: figures[name] for name in _FIGURES if name in figures}
         return Answer(facts, read_text(data))
 
-    def _target(self, out: str, overwrite: bool) -> Path:
+    @contextmanager
+    def _target(self, out: str, overwrite: bool) -> Iterator[Path]:
+        """Give the file ``out``, which no other call may write meanwhile."""
         target = self._folders.new_file(out, "out", overwrite=overwrite)
         check_suffix(target, "out")
-        return target
+        with self._taking:
+            if target in self._taken:
+                raise InputError("out", "must not be in use", repr(out), "choose another name, or wait for that call")
+            self._taken.add(target)
+        try:
+            yield target
+        finally:
+            self._taken.remove(target)
 
     def _with_usual(self, settings: dict[str, Any]) -> dict[str, Any]:
         for name in _TAKEN:
@@ -107,7 +120,8 @@ class Tools:
                 raise InputError(name, "is not a setting", remedy="leave it out")
         return {"time_budget": SECONDS_DEFAULT, "threads": self._threads, **settings}
 
-    def _saved(self, result: Result, target: Path) -> Answer:
+    def _saved(self, result: Result, target: Path, overwrite: bool) -> Answer:
+        self._folders.new_file(str(target), "out", overwrite=overwrite)  # another program may have made it meanwhile
         result.save(target)
         facts = {name: result.metrics[name] for name in _FIGURES}
         return Answer({"path": str(target), **facts}, result.drawing.text)

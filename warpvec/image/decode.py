@@ -19,7 +19,12 @@ from numpy.typing import NDArray
 from PIL import ExifTags, Image, UnidentifiedImageError
 
 from warpvec.errors import InputError
+from warpvec.image import tiff
+from warpvec.image.extra_formats import EXTRA_FORMATS, remedy_of
 from warpvec.image.icc import to_srgb
+from warpvec.image.jpeg2000 import check_depth
+from warpvec.image.pam import PAM_MARK, pam_samples
+from warpvec.image.png_colors import in_srgb, png_curve, png_matrix
 from warpvec.image.quick_files import MAX_SCANS, scan_count
 from warpvec.image.tiff import check_tiles, silent_libtiff
 
@@ -29,10 +34,12 @@ MAX_PIXELS = 50_000_000
 MAX_ALPHA_PIXELS = 37_500_000
 """Largest image with alpha: as many samples as the largest RGB image has, so that it takes no more memory."""
 
-# Only these decoders are tried: some of Pillow's others start programs (EPS) or have never been fuzzed.
-FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF")
-_FORMAT_NAMES = "PNG, JPEG, WebP, TIFF, BMP or GIF"
-_RULE = f"must be a complete {_FORMAT_NAMES} image"
+# Only these decoders are tried: some of Pillow's others start programs (EPS). TGA comes last, as it has no signature.
+FORMATS = (
+    "PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "AVIF", "PPM", "PSD", "ICO", "ICNS", "QOI", "PCX", "DDS", "JPEG2000",
+    *EXTRA_FORMATS, "TGA",
+)  # fmt: skip
+_RULE = "must be a complete image, such as PNG, JPEG, WebP, AVIF, TIFF, GIF, BMP, PSD or PNM"
 
 # Value of the EXIF orientation tag -> operation that turns the pixels upright (EXIF 2.3, section 4.6.4, tag 0x0112).
 _UPRIGHT = {
@@ -63,11 +70,19 @@ def decode_file(data: bytes, label: str, name: str) -> NDArray[Any]:
     with _guarded(label, name):
         if not data:
             remedy = "export it again"
-            raise InputError(name, f"must be a {_FORMAT_NAMES} image", f"{label}, which is empty", remedy)
+            raise InputError(name, _RULE, f"{label}, which is empty", remedy)
         if scan_count(data) > MAX_SCANS:
             raise InputError(name, f"must have at most {MAX_SCANS} scans", f"more in {label}", "save it as PNG")
-        with Image.open(BytesIO(data), formats=FORMATS) as image:
-            return _upright_samples(image, label, name)
+        if data.startswith(PAM_MARK):
+            return pam_samples(data, lambda width, height, alpha: check_size(width, height, alpha, label, name))
+        try:
+            image = Image.open(BytesIO(data), formats=FORMATS)
+        except UnidentifiedImageError as error:
+            raise InputError(name, _RULE, f"{label}, which is not recognised as one", remedy_of(data)) from error
+        with image:
+            if image.format == "JPEG2000":
+                check_depth(data)
+            return _upright_samples(image, label, name, png_matrix(data))
 
 
 def decode_image(image: Image.Image, name: str) -> NDArray[Any]:
@@ -97,8 +112,6 @@ def _refusal(error: Exception, label: str, name: str) -> InputError:
     if isinstance(error, Image.DecompressionBombWarning | Image.DecompressionBombError):
         found = re.search(r"\d+ pixels", str(error))
         return _too_large(found[0] if found else "more", label, name)
-    if isinstance(error, UnidentifiedImageError):
-        return InputError(name, _RULE, f"{label}, which is not recognised as one", "save it as PNG or JPEG")
     return undecodable(reason_of(error), label, name)
 
 
@@ -128,11 +141,21 @@ def check_size(width: int, height: int, has_alpha: bool, label: str, name: str) 
         raise InputError(name, rule, f"{width} x {height} in {label}", "reduce it first")
 
 
-def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
-    """Return the samples of a PIL image as an array that ``read_image`` takes."""
+def _upright_samples(
+    image: Image.Image, label: str, name: str, matrix: NDArray[np.float64] | None = None
+) -> NDArray[Any]:
+    """Return the samples of a PIL image as an array that ``read_image`` takes.
+
+    ``matrix`` [3, 3] turns its linear colours into those of sRGB.
+    """
+    if getattr(image, "default_image", False) and getattr(image, "n_frames", 1) > 1:
+        image.seek(1)  # of an APNG, whose default image is for programs that know no APNG
+    tiff.choose_page(image)
     check_size(*image.size, image.has_transparency_data, label, name)
+    tiff.check_samples(image)
     check_tiles(image)
     image.load()
+    outside = _outside(image)
     # The tag is read after loading, because the TIFF decoder turns the image itself and then removes the tag.
     # ImageOps.exif_transpose is not used: it rewrites the whole EXIF block and fails on tags that it cannot encode.
     turn = _UPRIGHT.get(image.getexif().get(ExifTags.Base.Orientation, 1))
@@ -140,19 +163,43 @@ def _upright_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         return _wide_samples(image, label, name)
     color = np.asarray(to_srgb(image))
-    if not image.has_transparency_data:
+    curve = png_curve(image.info)
+    if curve is not None:
+        color = (curve * 255).round().astype(np.uint8)[color]
+    if matrix is not None:
+        color = in_srgb(color, matrix)
+    if not image.has_transparency_data and outside is None:
         return color
-    return np.dstack([color, np.asarray(image.convert("RGBA").getchannel("A"))])
+    alpha = np.array(image.convert("RGBA").getchannel("A"))
+    if outside is not None:
+        alpha[outside] = 0
+    return np.dstack([color, alpha])
+
+
+def _outside(image: Image.Image) -> NDArray[np.bool_] | None:
+    """Return what the first frame of a GIF leaves open of its screen [h, w]: transparent, as in browsers."""
+    if image.format != "GIF" or getattr(image, "dispose_extent", None) is None:
+        return None
+    left, top, right, bottom = image.dispose_extent  # type: ignore[attr-defined]
+    outside = np.ones((image.height, image.width), bool)
+    outside[top:bottom, left:right] = False
+    return outside if outside.any() else None
 
 
 def _wide_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
     """Return grey samples of more than 8 bits, which Pillow's own conversion to RGB would clip at 255."""
     samples = np.asarray(image)
     if image.mode == "F":
-        return samples
+        low, high = samples.min(), samples.max()
+        if not (low >= 0 and high <= 1):  # NaN too, which is both of them
+            found = f"{low:g} to {high:g} in {label}".replace("nan to nan", "NaN")
+            raise InputError(name, "must have numbers in [0, 1]", found, "save it with 8 or 16 bits per channel")
+        return 1 - samples if tiff.is_negative(image) else samples
     if samples.min() < 0 or samples.max() > 65535:
         raise InputError(name, "must have 8 or 16 bits per channel", f"32 in {label}", "save it with 16 bits")
     grey = samples.astype(np.uint16)
+    if tiff.is_negative(image):
+        grey = 65535 - grey
     color, key = _grey_to_srgb(image, grey), image.info.get("transparency")
     if key is None:
         return color
@@ -161,6 +208,10 @@ def _wide_samples(image: Image.Image, label: str, name: str) -> NDArray[Any]:
 
 def _grey_to_srgb(image: Image.Image, grey: NDArray[np.uint16]) -> NDArray[np.uint16]:
     """Convert 16-bit grey by its profile. The colour engine returns 8 bits, so its 256 levels are interpolated."""
+    gamma = png_curve(image.info, 65536)
+    if gamma is not None:
+        toned: NDArray[np.uint16] = (gamma * 65535).round().astype(np.uint16)[grey]
+        return toned
     if "icc_profile" not in image.info:
         return grey
     ramp = Image.linear_gradient("L").resize((1, 256))

@@ -20,6 +20,7 @@ def work(data: bytes, label: str, name: str) -> list[bytes | memoryview]:
 
 def _load_readers() -> None:
     """Let Pillow load all that it loads when it reads a file of a format for the first time."""
+    Image.init()
     for format in FORMATS:
         stream = io.BytesIO()
         with suppress(OSError, KeyError):  # Pillow may be built without some

@@ -27,8 +27,8 @@ _EXIF = (b"eXIf", b"EXIF", b"Raw profile type")
 
 _JPEG_EXIF = b"Exif\x00\x00"
 
-_TIFF = (b"II", b"MM")
-"""Begin of TIFF files, which consist of such tags."""
+_QUICK = (b"\x89PNG", _JPEG, b"GIF8", b"BM", b"RIFF")
+"""Begin of the files that may be decoded in this process: PNG, JPEG, GIF, BMP and WebP."""
 
 # Within compressed data 0 follows 0xFF, or the number of a restart.
 _MARKER = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
@@ -39,7 +39,7 @@ _END, _SCAN_CODE, _BARE = 0xD9, 0xDA, (0x01, 0xD8)
 
 def is_quick(data: bytes) -> bool:
     """Return whether the picture file ``data`` is decoded, or refused, in little time and memory."""
-    if len(data) > _QUICK_BYTES or data.startswith(_TIFF):
+    if len(data) > _QUICK_BYTES or not data.startswith(_QUICK):
         return False
     if data.startswith(_JPEG):
         return data.count(_JPEG_EXIF) <= 1 and data.count(_SCAN) <= _QUICK_SCANS

@@ -40,7 +40,7 @@ def read_image(source: ImageSource, background: str | None = None, name: str = "
     black, whatever colour the file has there.
 
     Args:
-        source: the path or the bytes of a file (PNG, JPEG, WebP, TIFF, BMP, or GIF; the first frame of an animation), a
+        source: the path or the bytes of a file (see `warpvec.image.decode.FORMATS`; the first frame of an animation), a
             PIL image, or a numpy array or torch tensor. Arrays and tensors are [h, w] or [h, w, 1] grey, [h, w, 2]
             grey and alpha, [h, w, 3] RGB or [h, w, 4] RGBA, of uint8, uint16, bool, or float in [0, 1], in sRGB
             with straight alpha. A tensor may be on any device and may require gradients.

@@ -1,4 +1,4 @@
-"""Refuse TIFF files with missing strips, and keep libtiff from writing to stderr: Pillow does neither."""
+"""Refuse TIFF files that Pillow reads wrongly, choose their page, and keep libtiff from writing to stderr."""
 
 from __future__ import annotations
 
@@ -8,7 +8,59 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
+import numpy as np
 from PIL import Image, TiffImagePlugin
+
+_NEW_SUBFILE_TYPE, _REDUCED = 254, 1
+"""The tag of what a page is, and its bit of a smaller copy of another page (TIFF 6, page 36)."""
+
+_RGB, _GREY, _SIGNED = 2, (0, 1), 2
+"""Values of the photometric interpretation, and of the sample format."""
+
+_MAX_PAGES = 100
+"""Pages that are looked at: a file may have millions."""
+
+
+def choose_page(image: Image.Image) -> None:
+    """Go to the first page of an opened TIFF file that is no smaller copy of another, and stay if there is none."""
+    if not isinstance(image, TiffImagePlugin.TiffImageFile) or not _is_reduced(image):
+        return
+    for page in range(1, min(image.n_frames, _MAX_PAGES)):
+        image.seek(page)
+        if not _is_reduced(image):
+            return
+    image.seek(0)
+
+
+def _is_reduced(image: TiffImagePlugin.TiffImageFile) -> bool:
+    return bool(image.tag_v2.get(_NEW_SUBFILE_TYPE, 0) & _REDUCED)
+
+
+def is_negative(image: Image.Image) -> bool:
+    """Return whether 0 is white: Pillow inverts such grey TIFF files only of 1 and 8 bits."""
+    tags = getattr(image, "tag_v2", {})
+    return image.format == "TIFF" and tags.get(TiffImagePlugin.PHOTOMETRIC_INTERPRETATION) == 0
+
+
+def check_samples(image: Image.Image) -> None:
+    """Check that Pillow reads the samples of an opened TIFF file as they are.
+
+    Raises:
+        ValueError: it reads 16-bit planes as 8-bit ones, signed samples as unsigned ones, or leaves bands out.
+    """
+    if not isinstance(image, TiffImagePlugin.TiffImageFile) or not image.tile:
+        return
+    tags = image.tag_v2
+    bits, formats = (max(np.atleast_1d(tags.get(tag, 1))) for tag in (258, 339))
+    count, photometric = tags.get(277, 1), tags.get(262)
+    if bits == 8 and formats == _SIGNED:
+        raise ValueError("samples of 8 bits with a sign; save it without")
+    if photometric in _GREY and count > len(image.getbands()):
+        raise ValueError(f"{count} bands, which are no colours; save one band, or three as RGB")
+    if photometric == _RGB and count > len(image.getbands()):
+        raise ValueError(f"{count} samples per pixel, and no word on what number 4 is; save it as RGB or RGBA")
+    if count > 1 and bits > 8 and not image.use_load_libtiff and tags.get(TiffImagePlugin.PLANAR_CONFIGURATION, 1) == 2:
+        raise ValueError(f"uncompressed planes of {bits} bits; save it with interleaved samples, or compressed")
 
 
 def check_tiles(image: Image.Image) -> None:
