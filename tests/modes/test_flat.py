@@ -253,6 +253,8 @@ def test_colours_are_named_as_in_css() -> None:
     for name, levels in colors.items():
         assert color_name(np.array(levels) / 255.0).split("#")[1] == name.split("#")[1]
     assert color_name(np.array((250, 5, 5)) / 255.0).startswith("red ")
+    assert color_name(np.array((0xEA, 0x76, 0x00)) / 255.0).startswith("darkorange ")
+    assert color_name(np.array((0x22, 0x22, 0x22)) / 255.0).startswith("black ")
     assert color_name(np.array((254, 254, 254)) / 255.0).startswith("white ")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -65,6 +66,8 @@ class Encoding:
         is_minified: whether the file has the shortest form; see `warpvec.svg.minify`.
         keeps_layers: whether the shortest form has a group for each layer.
         keeps_paths: whether paths that cannot be seen stay, and smooth nodes stay smooth.
+        simplify: returns a rounded scene without outlines that cross themselves, given the distance of the file's
+            coordinates in pixels, across and down; None for drawings that may have some.
     """
 
     picture: Picture
@@ -79,6 +82,7 @@ class Encoding:
     is_minified: bool = False
     keeps_layers: bool = False
     keeps_paths: bool = False
+    simplify: Callable[[Scene, tuple[float, float]], Scene] | None = None
 
     @staticmethod
     def of(picture: Picture, settings: FitConfig, options: FileOptions = DEFAULT_FILE_OPTIONS) -> Encoding:
@@ -147,7 +151,11 @@ class Encoding:
                 segments = torch.where(stays[:, None, None], scene.segments, rounded.segments)
                 rounded = replace(rounded, segments=segments)
             scene = with_arcs(rounded, self.precision, min(across, down))
-        return quantize(scene, self.precision).scaled(1.0 / across, 1.0 / down)
+        rounded = quantize(scene, self.precision).scaled(1.0 / across, 1.0 / down)
+        if self.simplify is None:
+            return rounded
+        per_unit = 10**self.precision
+        return self.simplify(rounded, (1.0 / across / per_unit, 1.0 / down / per_unit))
 
     def trim(self, scene: Scene) -> Scene:
         """Return ``scene`` cut off at the edges of the canvas if the options ask for it."""

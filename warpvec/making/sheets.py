@@ -49,7 +49,7 @@ def sheets_of(drawing: Sheet, options: SheetOptions) -> dict[str, Sheet]:
     chords.
     """
     found = {}
-    visible = list(_visible(drawing.parts, options.keeps_lines))
+    visible = list(visible_parts(drawing.parts, options.keeps_lines))
     shown = (part for part, region in visible if not region.is_empty or _is_line(part, options))
     colors = list(dict.fromkeys(part.color for part in shown))
     for number, color in enumerate(colors):
@@ -67,7 +67,7 @@ def _is_line(part: Part, options: SheetOptions) -> bool:
     return options.keeps_lines and part.stroke is not None
 
 
-def _visible(parts: tuple[Part, ...], keeps_lines: bool) -> Iterator[tuple[Part, BaseGeometry]]:
+def visible_parts(parts: tuple[Part, ...], keeps_lines: bool) -> Iterator[tuple[Part, BaseGeometry]]:
     """Yield each part, from bottom to top, with the area that shows of it; that of a kept line is empty."""
     covered, found = EMPTY, []
     for part in reversed(parts):

@@ -19,6 +19,7 @@ from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.cutting.cutout import cut_out
+from warpvec.flat.cutting.simple_outlines import with_simple_outlines
 from warpvec.flat.drawing import FlatDrawing, watch_for_cutting
 from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.geometry.scene import Scene
@@ -149,7 +150,7 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     is_by_color = settings.cutout or settings.colors > 0 or settings.palette is not None
     scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
-    encoding = replace(encoding, settings=settings, layer_names=names)
+    encoding = replace(encoding, settings=settings, layer_names=names, simplify=with_simple_outlines)
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)
 
 

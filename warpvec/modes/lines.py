@@ -6,15 +6,18 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import torch
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.errors import InputError
 from warpvec.fit.loop import single_torch_thread
+from warpvec.flat.color_layers.layering import color_name
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.lines.line import DrawnLine, scene_of
 from warpvec.flat.lines.pen_travel import ordered, pen_travel
+from warpvec.flat.lines.pens import find_pens
 from warpvec.flat.lines.tracing import LineTracing, trace_lines
 from warpvec.flat.lines.widths import by_width
 from warpvec.modes.flat import drawn, reduced_settings
@@ -37,7 +40,7 @@ class Lines:
 
         def draw(detail: float) -> Drawing:
             tolerance = None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail
-            tracing = trace_lines(request.picture.reduced, reduced_settings(request), tolerance, request.watch)
+            tracing = _traced(request, tolerance)
             if not tracing.lines:
                 raise InputError("IN", "must have lines darker than their paper", "none", "look at the picture")
             return _drawing(request, tracing, detail)
@@ -46,14 +49,37 @@ class Lines:
             return drawn(request, draw)
 
 
+def _traced(request: Request, tolerance: float | None) -> LineTracing:
+    """Return the lines of all pens, from bottom to top, or those of black ink if the picture has no colours."""
+    image, settings = request.picture.reduced, reduced_settings(request)
+    pens = find_pens(image)
+    if not pens:
+        return trace_lines(image, settings, tolerance, request.watch)
+    found = LineTracing([], 0)
+    for pen in pens:
+        paper = np.repeat(1.0 - pen.coverage[..., None], 3, 2).astype(np.float32)
+        own = trace_lines(paper, settings, tolerance, request.watch)
+        red, green, blue = np.rint(255.0 * pen.color) / 255.0
+        lines = [replace(line, color=(float(red), float(green), float(blue))) for line in own.lines]
+        found = LineTracing(
+            found.lines + lines, found.speck_count + own.speck_count, found.wide_count + own.wide_count,
+            found.faint_count + own.faint_count,
+        )  # fmt: skip
+    return found
+
+
 def _drawing(request: Request, tracing: LineTracing, detail: float) -> Drawing:
-    """Return the drawing of traced lines, with a path for each line, and a layer for each width."""
-    pens = [ordered(pen) for pen in by_width(_with_width(tracing.lines, request))]
+    """Return the drawing of traced lines, with a path for each line, and a layer for each colour and width."""
+    colors = dict.fromkeys(line.color for line in tracing.lines)
+    lines = _with_width(tracing.lines, request)
+    pens = [ordered(pen) for color in colors for pen in by_width([line for line in lines if line.color == color])]
     scene = scene_of([[line] for pen in pens for line in pen])
     layer = torch.tensor([k for k, pen in enumerate(pens) for _ in pen], dtype=torch.int64)
     scale = 1.0 / _reduction(request)
     widths = [scale * pen[0].width for pen in pens]
     names = {k: f"lines of {width:.4g} px" for k, width in enumerate(widths)}
+    if any(map(any, colors)):
+        names = {k: f"{color_name(np.array(pen[0].color))}, {names[k]}" for k, pen in enumerate(pens)}
     encoding = replace(
         request.encoding.of_drawing(), settings=replace(request.settings, detail=detail), layer_names=names
     )

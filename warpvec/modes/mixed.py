@@ -20,6 +20,7 @@ from warpvec.fit.loop import single_torch_thread
 from warpvec.fit.target import opaque_colors
 from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.constants.textures import TEXTURES
+from warpvec.flat.cutting.simple_outlines import with_simple_outlines
 from warpvec.flat.cutting.windows import with_windows
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.regions.regions import NotFlatArtError
@@ -64,9 +65,15 @@ class Mixed:
         upper, names = layered(drawing, height, width)
         upper = replace(upper, generation=upper.generation + 1)
         layer_names = {0: "photo"} | {number + 1: name for number, name in names.items()}
-        encoding = replace(request.encoding.of_drawing(), layer_names=layer_names)
+        encoding = replace(request.encoding.of_drawing(), layer_names=layer_names, simplify=_with_simple_drawing)
         lower = replace(photo, generation=torch.zeros_like(photo.generation))
         return Drawing.of(lower.joined(upper), encoding, device)
+
+
+def _with_simple_drawing(scene: Scene, tick: tuple[float, float]) -> Scene:
+    """Return ``scene`` with simple outlines of all but its photos, which lie below."""
+    is_photo = scene.generation == 0
+    return scene.select(is_photo).joined(with_simple_outlines(scene.select(~is_photo), tick))
 
 
 def _drawing_with_windows(request: Request, keyed: Keyed) -> Scene:

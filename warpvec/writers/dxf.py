@@ -5,17 +5,11 @@ The page is not a part.
 
 from __future__ import annotations
 
-from warpvec.errors import InputError
-from warpvec.writers.writer import Target, Writer
+from warpvec.writers.writer import Target, Writer, check_package
 
 
 def _check(path: str, name: str) -> None:
-    """Check that ezdxf is there, which makes the file ``path``; ``name`` is for the message."""
-    try:
-        import ezdxf  # noqa: F401
-    except ImportError:
-        rule = "must end in .svg unless ezdxf is installed, which writes .dxf"
-        raise InputError(name, rule, repr(path), "pip install 'warpvec[cut]'") from None
+    check_package("ezdxf", path, name)
 
 
 def _encode(svg: str, target: Target) -> bytes:

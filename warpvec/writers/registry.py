@@ -10,7 +10,7 @@ from warpvec.errors import InputError
 from warpvec.writers import svg, svgz
 from warpvec.writers.writer import DEFAULT_TARGET, Target, Writer
 
-_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf", "jsx")
+_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf", "geojson", "kicad_mod", "jsx")
 """Modules of this folder with a `WRITER`, in the order of messages."""
 
 _FOUND: list[Writer] = [import_module(f"warpvec.writers.{name}").WRITER for name in _FILES]

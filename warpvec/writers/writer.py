@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
 from typing import NamedTuple
+
+from warpvec.errors import InputError
 
 
 class Canvas(NamedTuple):
@@ -59,3 +63,14 @@ class Writer:
     encode: Callable[[str, Target], bytes]
     check: Callable[[str, str], object] = lambda path, name: None
     draws_blur: bool = True
+
+
+def check_package(package: str, path: str, name: str) -> None:
+    """Check that the ``package`` is there that makes the file ``path``; ``name`` is for the message.
+
+    Raises:
+        InputError: it is not.
+    """
+    if find_spec(package) is None:
+        rule = f"must end in .svg unless {package} is installed, which writes {Path(path).suffix}"
+        raise InputError(name, rule, repr(path), "pip install 'warpvec[cut]'")

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
 @report_options
 @click.pass_context
 def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
-    """Turn the image IN (PNG, JPEG, WebP, TIFF, BMP, GIF; - for stdin) into the file OUT: {suffixes},
-    or - for stdout. Without OUT, photo.png becomes photo.svg. Ctrl-C saves the best result.
+    """Turn the image IN (PNG, JPEG, WebP, TIFF ...; - for stdin) into OUT: {suffixes}, or - for
+    stdout. Without OUT, photo.png becomes photo.svg. Ctrl-C saves the best result.
 
     The mode follows the picture: paths are fitted to photos, and the regions of logos, icons and drawings are outlined.
     A setting that only one mode has selects that mode.

@@ -17,6 +17,7 @@ from warpvec.arrays import Floats
 from warpvec.flat.color_layers.order import few_layers
 from warpvec.flat.color_layers.overlaps import overlapping_paths
 from warpvec.flat.color_layers.shades import shade_groups
+from warpvec.flat.constants.drawing import DRAWING
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.image.oklab import to_oklab
@@ -50,9 +51,18 @@ def _layer_name(paints: list[str]) -> str:
 
 
 def color_name(color: Floats) -> str:
-    """Return the CSS name of the colour that looks most like ``color`` [3] in [0, 1], and its code: "red #e4002b"."""
+    """Return the CSS name of the colour that looks most like ``color`` [3] in [0, 1], and its code: "red #e4002b".
+
+    Names tell hue and vividness, so that lightness counts for less than in OKLab. A grey has the name of a grey.
+    """
     names, places = _css_colors()
-    nearest = int(np.square(places - to_oklab(color[None])).sum(1).argmin())
+    place = to_oklab(color[None])
+    chroma, own = np.hypot(*places[:, 1:].T), float(np.hypot(*place[0, 1:]))
+    apart = np.square((places - place) * [DRAWING.shade_lightness, 1.0, 1.0]).sum(1)
+    apart += (DRAWING.name_vividness**2 - 1.0) * np.square(chroma - own)
+    is_gray = chroma < DRAWING.gray_chroma
+    fits = is_gray if own < DRAWING.gray_chroma else ~is_gray
+    nearest = int(np.where(fits, apart, np.inf).argmin())
     code = bytes(np.rint(255.0 * color.clip(0.0, 1.0)).astype(np.uint8)).hex()
     return f"{names[nearest]} #{code}"
 

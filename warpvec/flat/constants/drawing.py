@@ -111,6 +111,13 @@ class DrawingConstants:
     """Largest distance in OKLab of paints that share a layer, and the weight of lightness in it: light and shadow keep
     the hue of a thing. In sixteen logos and emoji, 0.03 parts two browns of one edge, and 0.07 joins red and pink."""
 
+    name_vividness: float = 1.5
+    """Weight of the difference in chroma where a colour gets a name: #ea7600 is a dark orange, and no brown of nearly
+    its lightness."""
+
+    gray_chroma: float = 0.02
+    """Chroma in OKLab below which a colour is a grey: the least difference that one sees."""
+
     rounded_pixels_max: int = 1_000_000
     """Most pixels of an enlarged picture whose JPEG is undone. Each of two rounds takes 0.8 s of CPU time and 150 MB
     for so many."""

@@ -157,6 +157,37 @@ class LineConstants:
     loop_widths: float = 2.0
     """Least length in widths of a loop of a line that ends on itself."""
 
+    # Pens (lines/pens.py)
+
+    ink_distance: float = 0.04
+    """Distance from the paper in OKLab from which on a pixel has ink: twice what one sees."""
+
+    black_max: float = 0.5
+    """Largest level of a grey pen that counts as black, whose lines are told from the paper by lightness alone."""
+
+    pens_max: int = 16
+    """Most pens of a drawing; a picture of more colours is none."""
+
+    pen_pixels: int = 12
+    pen_share: float = 0.005
+    """Fewest pixels in the middle of a pen's lines, and their share of all such pixels."""
+
+    pen_distance: float = 0.08
+    """Distance in OKLab within which colours are of one pen: shades that JPEG and the edges of thin lines make."""
+
+    pen_misfit: float = 0.12
+    misfit_share: float = 0.1
+    """Largest difference of a channel between a pixel and paper with some ink of one pen, and the share of the ink that
+    may be farther off: where pens cross."""
+
+    even_levels: float = 0.04
+    even_share: float = 0.2
+    """Spread of a channel in a neighbourhood without edges, and the share of such places in the middle of lines that
+    are as light as they look, and not thinner than a pixel."""
+
+    full_share: float = 0.85
+    """Least share of ink in a pixel that has the colour of its pen."""
+
     # Order (lines/pen_travel.py)
 
     travel_rounds: int = 8

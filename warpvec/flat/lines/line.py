@@ -23,12 +23,14 @@ class DrawnLine:
         width: in pixels.
         cap: at its ends, a key of `warpvec.geometry.strokes.CAPS`.
         is_dot: whether its round caps draw a dot.
+        color: sRGB-encoded.
     """
 
     rows: Rows
     width: float
     cap: int = ROUND
     is_dot: bool = False
+    color: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def length(self) -> float:
@@ -52,7 +54,7 @@ class DrawnLine:
 
 
 def scene_of(paths: list[list[DrawnLine]]) -> Scene:
-    """Return a scene of black strokes with a path for each list of lines, which have one width and cap."""
+    """Return a scene of strokes with a path for each list of lines, which have one width, cap and colour."""
     rows = [line.rows for path in paths for line in path]
     control = np.concatenate([np.zeros((0, 3, 2)), *(each.control for each in rows)])
     is_line = torch.from_numpy(np.concatenate([np.zeros(0, bool), *(each.is_line for each in rows)]))
@@ -65,7 +67,7 @@ def scene_of(paths: list[list[DrawnLine]]) -> Scene:
     join = torch.full((count,), ROUND, dtype=torch.int32)
     return Scene(
         straightened(torch.from_numpy(control).float(), structure), structure,
-        color=torch.zeros(count, 3), opacity=torch.ones(count), background=torch.zeros(3),
+        color=torch.tensor([path[0].color for path in paths]).reshape(count, 3), opacity=torch.ones(count), background=torch.zeros(3),
         generation=torch.zeros(count, dtype=torch.int64), transparent=True,
         strokes=Strokes(width, cap, join, torch.full_like(width, MITER_LIMIT)),
     )  # fmt: skip

@@ -10,6 +10,7 @@ from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.pixels.cells import Cells
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.geometry.walks import simple_walks
 
 _RIGHT, _DOWN, _LEFT, _UP = range(4)
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
@@ -42,7 +43,8 @@ def scene_of_cells(cells: Cells, is_opaque: bool) -> Scene:
 def rectilinear_loops(mask: Mask) -> list[Integers]:
     """Return the corners [n, 2], as x and y, of the closed outlines of ``mask`` [h, w].
 
-    Outlines run clockwise on a page, holes the other way. Pixels that touch at a corner only are apart.
+    Outlines run clockwise on a page, holes the other way. Pixels that touch at a corner only are apart, and no outline
+    passes a corner twice.
     """
     height, width = mask.shape
     sides = _sides(mask)
@@ -52,7 +54,8 @@ def rectilinear_loops(mask: Mask) -> list[Integers]:
     loops: list[Integers] = []
     for row, column in zip(*np.nonzero(directions[..., _RIGHT]), strict=True):
         if directions[row, column, _RIGHT]:
-            loops.append(_walked(directions, int(column), int(row)))
+            corners = _walked(directions, int(column), int(row))
+            loops += [corners[walk] for walk in simple_walks([(x, y) for x, y in corners.tolist()])]
     return loops
 
 

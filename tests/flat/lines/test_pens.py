@@ -1,0 +1,41 @@
+"""Drawings of lines of several colours: each line is one stroke of its colour, below those that cross it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from line_pictures import picture
+
+import warpvec
+from warpvec.flat.lines.pens import find_pens
+
+METRO = """<g stroke-width="5"><path stroke="#e2001a" d="M10 30H70L118 78"/><path stroke="#0065ae" d="M30 10V118"/>
+<path stroke="#ffd200" d="M10 100C60 100 60 50 118 50"/><path stroke="#8fd3f4" d="M60 118L100 10"/></g>"""
+CHEMISTRY = """<g stroke-width="2"><path stroke="#000" d="M20 20L60 40M60 46L20 26M60 40V90"/>
+<path stroke="#f00" d="M60 90L100 110"/><circle stroke="#f00" cx="108" cy="100" r="8"/>
+<path stroke="#00f" d="M60 40L110 20"/></g>"""
+PASTEL = """<g stroke-width="4"><path stroke="#f7c6d0" d="M10 20C60 0 60 60 118 30"/>
+<path stroke="#c6e2f7" d="M10 60H118"/><path stroke="#d6f0c6" d="M10 90L118 110"/></g>"""
+
+
+@pytest.mark.parametrize(("shapes", "count"), [(METRO, 4), (CHEMISTRY, 6), (PASTEL, 3)])
+def test_lines_keep_their_colours_and_are_one_stroke_each(shapes: str, count: int) -> None:
+    scene = warpvec.vectorize(picture(shapes), mode="lines").scene
+    assert len(scene) <= 1.3 * count
+    wanted = {word for word in shapes.replace('"', " ").split() if word.startswith("#")}
+    wanted = {"#" + "".join(2 * c for c in word[1:]) if len(word) == 4 else word for word in wanted}
+    found = (255.0 * scene.color).round().int().tolist()
+    levels = {tuple(int(word[k : k + 2], 16) for k in (1, 3, 5)) for word in wanted}
+    assert all(min(max(abs(a - b) for a, b in zip(own, each, strict=True)) for each in levels) <= 6 for own in found)
+    assert len({tuple(each) for each in found}) == len(levels)
+
+
+def test_pens_come_in_painting_order() -> None:
+    pens = find_pens(picture('<g stroke-width="6"><path stroke="#00c" d="M10 64H118"/><path stroke="#c00" d="M64 10V118"/></g>'))
+    assert [int(pen.color.argmax()) for pen in pens] == [2, 0]
+    assert pens[0].coverage[64, 10:118].min() > 0.9  # below the other one, too
+
+
+def test_black_lines_of_any_width_have_no_pens() -> None:
+    assert not find_pens(picture('<path d="M10 20H118" stroke-width="4"/><path d="M10 60L118 70" stroke-width=".6"/>'))
+    assert not find_pens(np.random.default_rng(1).random((64, 64, 3), np.float32))
