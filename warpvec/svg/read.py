@@ -29,7 +29,7 @@ from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decim
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
 from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS, MIN_WIDTH_DECIMALS
 from warpvec.svg.units import check_pixels, stated_size
-from warpvec.svg.write import layer_id
+from warpvec.svg.write import layer_id, layer_name
 
 _Paint = tuple[Color, OutlineGradient | None]
 
@@ -198,8 +198,9 @@ def _is_minified(text: str, root: Element) -> bool:
 
 def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
     """Return the names of the layers by generation; None unless all have names from which their ids come."""
-    names = {layer_level(group.get("id"), index): group.get(_LABEL, "") for index, group in enumerate(groups)}
-    identifiers = [group.get("id") for group in groups]
+    identifiers = [group.get("id", "") for group in groups]
+    labels = [layer_name(group.get(_LABEL, ""), name) for group, name in zip(groups, identifiers, strict=True)]
+    names = {layer_level(name, index): label for index, (name, label) in enumerate(zip(identifiers, labels, strict=True))}
     return names if groups and all(names.values()) and list(map(layer_id, names.values())) == identifiers else None
 
 

@@ -56,8 +56,9 @@ def write_svg(
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
     The text has a background rectangle unless the scene is transparent, then one group per run of equal generation (a
-    layer in Inkscape, a named group in other editors), with one path or form per line. Cubics of no length are left
-    out, such as those that pad a path to the segment count of another. Gradients stand before the background.
+    layer in Inkscape, a named group in other editors), with one path or form per line. The name of a layer begins with
+    its number, by which programs of plotters choose a pen. Cubics of no length are left out, such as those that pad a
+    path to the segment count of another. Gradients stand before the background.
     ``metadata`` is stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the
     attributes width and height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name
     must not occur twice. The text depends on the arguments alone: it has no dates and no file paths.
@@ -107,7 +108,8 @@ def _layers(generation: NDArray[np.int64], elements: list[str], names: Mapping[i
     for number, (start, stop) in enumerate(runs_of(generation), 1):
         level = int(generation[start])
         plural = "path" if stop - start == 1 else "paths"
-        label = names.get(level, f"Layer {number}: generation {level}, {stop - start} {plural}")
+        unnamed = f"Layer {number}: generation {level}, {stop - start} {plural}"
+        label = f"{number} {names[level]}" if level in names else unnamed
         identifier = layer_id(names[level]) if level in names else f"layer-{number}-generation-{level}"
         yield f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label={quoteattr(label)}>'
         yield from elements[start:stop]
@@ -118,6 +120,12 @@ def runs_of(generation: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
     """Yield the first row, and the row after the last, of each run of equal ``generation`` [N]."""
     inner = np.flatnonzero(np.diff(generation)) + 1
     yield from pairwise(np.unique([0, *inner, len(generation)]).tolist())
+
+
+def layer_name(label: str, identifier: str) -> str:
+    """Return the name of a layer from its ``label``, which begins with a number if its ``identifier`` does not."""
+    numbered = re.fullmatch(r"\d+ (.+)", label, re.ASCII | re.DOTALL)
+    return numbered[1] if numbered and layer_id(numbered[1]) == identifier else label
 
 
 def layer_id(name: str) -> str:

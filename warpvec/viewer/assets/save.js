@@ -54,7 +54,8 @@ function writeBackground({ background }, [x, y, width, height]) {
 function writeLayer(layer, number, decimals, names, blurs) {
   const count = `${layer.items.length} ${layer.items.length === 1 ? "path" : "paths"}`;
   const id = layer.id || `layer-${layer.key + 1}`;
-  const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : layer.name;
+  // Programs of plotters choose a pen by the first number of a label.
+  const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : `${number} ${layer.name}`;
   return [
     `<g id="${escapeXml(id)}" inkscape:groupmode="layer" inkscape:label="${escapeXml(label)}">`,
     ...layer.items.map((item) => writeItem(item, decimals, names, blurs)),
