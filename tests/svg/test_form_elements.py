@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import torch
@@ -57,6 +59,8 @@ def test_a_file_with_forms_is_read_exactly(precision: int, transparent: bool) ->
     text = write_svg(scene, 120, 100, precision=precision)
     for word in ("<circle", "<ellipse", "<rect", 'rx="', "rotate("):
         assert word in text
+    radii = re.findall(r'<rect[^>]* rx="([^"]*)" ry="([^"]*)"', text)
+    assert radii and all(across == down for across, down in radii)
     loaded = read_svg(text)
     assert loaded.precision is not None and loaded.scene.forms is not None
     found, want = loaded.scene, quantize(scene, precision)
@@ -64,6 +68,8 @@ def test_a_file_with_forms_is_read_exactly(precision: int, transparent: bool) ->
     assert torch.equal(found.forms.parameters, want.forms.parameters)
     assert torch.equal(found.segments, want.segments)
     assert write_svg(found, 120, 100, precision=precision) == text
+    old = re.sub(r'(<rect[^>]*) ry="[^"]*"', r"\1", text)  # files of before state the radius of corners once
+    assert old != text and write_svg(read_svg(old).scene, 120, 100, precision=precision) == text
 
 
 def test_a_minified_file_with_forms_is_read_exactly_and_has_short_words() -> None:
