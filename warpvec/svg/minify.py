@@ -7,11 +7,11 @@ opacity is stated once, on the group of the paths. `warpvec.svg.read` reads such
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
+import torch
 
 from warpvec.geometry.forms.form import ANGLE
 from warpvec.geometry.forms.registry import RECT
@@ -24,13 +24,12 @@ from warpvec.svg.write import (
     Look,
     background_of,
     closes_by_lines,
+    looks_of,
     opacity_attribute,
-    paints_of,
     path_data,
     path_shape,
     runs_of,
     shape_element,
-    strokes_of,
 )
 
 _GROUP = '<g fill-opacity=""></g>'
@@ -55,24 +54,25 @@ def write_minified(
         ValueError: as `quantize`.
     """
     scene = quantize(scene, precision).cpu()
-    fills, blurs, definitions = paints_of(scene, short_ids=True)
+    generation = scene.generation.numpy()
+    groups = list(runs_of(generation if keeps_layers else np.zeros_like(generation)))
+    common = [_common_opacity(scene.select(torch.arange(start, stop))) for start, stop in groups]
+    stated = {path for ticks, group in zip(common, groups, strict=True) if ticks != OPAQUE for path in range(*group)}
+    looks, definitions = looks_of(scene, precision, short_ids=True, keeps_opacity=stated)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides[0]}" height="{sides[1]}"'
         f' viewBox="0 0 {width} {height}">',
         *definitions,
         *background_of(scene, width, height),
     ]
-    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), blurs, strict=True)
-    elements = list(zip(itertools.starmap(Look, looks), _shapes(scene, precision), strict=True))
-    generation = scene.generation.numpy()
-    for start, stop in runs_of(generation if keeps_layers else np.zeros_like(generation)):
-        parts += _group(elements[start:stop], keeps_layers)
+    elements = list(zip(looks, _shapes(scene, precision), strict=True))
+    for ticks, (start, stop) in zip(common, groups, strict=True):
+        parts += _group(elements[start:stop], ticks, keeps_layers)
     return "".join([*parts, "</svg>"])
 
 
-def _group(elements: list[tuple[Look, Shape]], is_layer: bool) -> Iterator[str]:
-    """Yield the text of shapes, each given with its look."""
-    common = _common_opacity([look.opacity for look, _ in elements if look.stroke is None])
+def _group(elements: list[tuple[Look, Shape]], common: int, is_layer: bool) -> Iterator[str]:
+    """Yield the text of shapes, each given with its look; ``common`` is the opacity in ticks that a group states."""
     has_group = is_layer or common != OPAQUE
     if has_group:
         yield "<g>" if common == OPAQUE else f"<g{opacity_attribute(common)}>"
@@ -82,12 +82,18 @@ def _group(elements: list[tuple[Look, Shape]], is_layer: bool) -> Iterator[str]:
         yield "</g>"
 
 
-def _common_opacity(opacity: list[int]) -> int:
-    """Return the opacity in ticks that saves most as that of the group; opaque if none saves more than it costs."""
-    counts = Counter(opacity)
-    lengths = {ticks: len(opacity_attribute(ticks)) for ticks in counts}
-    # Opaque paths say nothing without a group that does.
-    gains = {t: counts[t] * lengths[t] - counts[OPAQUE] * lengths.get(OPAQUE, 0) - len(_GROUP) for t in counts}
+def _common_opacity(scene: Scene) -> int:
+    """Return the opacity in ticks that saves most as that of the group; opaque if none saves more than it costs.
+
+    No path states its opacity as 1 against its group: some programs keep that of the group.
+    """
+    opacity = ticks_of(scene.opacity, OPAQUE)
+    if scene.strokes is not None:
+        opacity = opacity[~scene.strokes.is_stroked]
+    counts = Counter(opacity.tolist())
+    if OPAQUE in counts:
+        return OPAQUE
+    gains = {ticks: count * len(opacity_attribute(ticks)) - len(_GROUP) for ticks, count in counts.items()}
     gains[OPAQUE] = 0
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
 

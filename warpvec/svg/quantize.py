@@ -93,7 +93,7 @@ def quantize(scene: Scene, precision: int) -> Scene:
         strokes=_rounded_strokes(scene.strokes, precision),
         softness=_rounded_softness(scene.softness),
     ).with_forms(_rounded_forms(scene.forms, precision))
-    shown = _with_needed_gradients(quantized)
+    shown = _with_needed_gradients(_with_one_opacity(quantized))
     is_visible = shown.opacity > 0
     if scene.strokes is not None and shown.strokes is not None:
         is_visible &= shown.strokes.is_stroked | ~scene.strokes.is_stroked
@@ -228,6 +228,23 @@ def _rounded_strokes(strokes: Strokes | None, precision: int) -> Strokes | None:
     limit = rounded(strokes.miter_limit.clamp(1.0, MITER_LIMIT_MAX), 10**MITER_DECIMALS)
     # A file states no limit where the join is no miter.
     return replace(strokes, width=width, miter_limit=torch.where(strokes.join == MITER, limit, MITER_LIMIT))
+
+
+def _with_one_opacity(scene: Scene) -> Scene:
+    """Return ``scene`` with the opacity of each path with a gradient in one place, which a file states by its stops.
+
+    It is that of the path if all stops are alike, else that of the stops.
+    """
+    gradients = scene.gradients
+    if gradients is None or gradients.stops is None:
+        return scene
+    stops = gradients.stops
+    whole = rounded(stops.opacity * scene.opacity[:, None], 10**STOP_OPACITY_DECIMALS)
+    even = rounded(whole[:, 0], 10**OPACITY_DECIMALS)
+    is_even, is_flat = ((whole == even[:, None]) | ~stops.is_used()).all(1), gradients.kind == FLAT
+    opacity = torch.where(is_flat, scene.opacity, torch.where(is_even, even, 1.0))
+    of_stops = torch.where((is_even | is_flat)[:, None] | ~stops.is_used(), 1.0, whole)
+    return replace(scene, opacity=opacity, gradients=replace(gradients, stops=replace(stops, opacity=of_stops)))
 
 
 def _without_soft_turns(scene: Scene) -> Scene:

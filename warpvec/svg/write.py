@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
@@ -67,11 +68,9 @@ def write_svg(
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
     scene = quantize(scene, precision).cpu()
-    fills, blurs, definitions = paints_of(scene)
+    looks, definitions = looks_of(scene, precision)
     sides = sides or (str(width), str(height))
-    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), blurs, strict=True)
-    shapes = shapes_of(scene, precision)
-    elements = [shape_element(Look(*look), shape) for look, shape in zip(looks, shapes, strict=True)]
+    elements = list(map(shape_element, looks, shapes_of(scene, precision)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -165,7 +164,23 @@ def opacity_attribute(ticks: int, role: str = "fill") -> str:
     return f' {role}-opacity="{format_number(ticks, OPACITY_DECIMALS)}"'
 
 
-def strokes_of(scene: Scene, precision: int) -> list[str | None]:
+def looks_of(
+    scene: Scene, precision: int, *, short_ids: bool = False, keeps_opacity: Collection[int] = ()
+) -> tuple[list[Look], list[str]]:
+    """Return the look of each path, and the lines of the definitions that looks refer to.
+
+    The stops of a gradient state the opacity of its path too, because some programs ignore that of a path beside a
+    gradient; but not for the paths ``keeps_opacity``, which are in a group that states it.
+    """
+    opacity = ticks_of(scene.opacity, OPAQUE)
+    in_stops = torch.zeros_like(opacity, dtype=torch.bool) if scene.gradients is None else scene.gradients.kind != FLAT
+    in_stops[list(keeps_opacity)] = False
+    of_stops, own = (torch.where(where, opacity, OPAQUE).tolist() for where in (in_stops, ~in_stops))
+    fills, blurs, definitions = _paints_of(scene, of_stops, short_ids)
+    return list(map(Look, fills, own, _strokes_of(scene, precision), blurs)), definitions
+
+
+def _strokes_of(scene: Scene, precision: int) -> list[str | None]:
     """Return the attributes of each stroke but for its paint, each with a space before it; None for fills."""
     strokes = scene.strokes
     if strokes is None:
@@ -240,30 +255,30 @@ def _line_rows(scene: Scene) -> NDArray[np.bool_]:
     return np.zeros(len(scene.segments), np.bool_) if is_line is None else is_line.numpy()
 
 
-def paints_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[str], list[str]]:
+def _paints_of(scene: Scene, opacity: list[int], short_ids: bool) -> tuple[list[str], list[str], list[str]]:
     """Return the ``fill`` of each path, the attribute that blurs it, and the lines of the definitions of both.
 
-    Equal gradients are one, and so are equal blurs. An id follows from the text of the gradient or blur, so
+    ``opacity`` in ticks is that which the stops of a path's gradient state beside their own. Equal gradients are one, and so are equal blurs. An id follows from the text of the gradient or blur, so
     that two files on one page have the same id only for the same text. With ``short_ids``, ids are as short as can be.
     """
 
     def blur_name(text: str, taken: list[str]) -> str:
         return f"b{len(taken) + 1}" if short_ids else _content_id(text, taken, "b")
 
-    fills, gradients = _fills_of(scene, short_ids)
+    fills, gradients = _fills_of(scene, opacity, short_ids)
     blurs, filters = blurs_of(scene, blur_name)
     lines = [*gradients, *filters]
     return fills, blurs, ["<defs>", *lines, "</defs>"] if lines else []
 
 
-def _fills_of(scene: Scene, short_ids: bool) -> tuple[list[str], list[str]]:
+def _fills_of(scene: Scene, opacity: list[int], short_ids: bool) -> tuple[list[str], list[str]]:
     """Return the ``fill`` of each path, and the gradients."""
     fills = hex_colors(scene.color)
     if scene.gradients is None:
         return fills, []
     gradients, names = scene.gradients, dict[str, str]()
     places = ticks_of(gradients.whole_geometry, 10**GRADIENT_DECIMALS).tolist()
-    stops = _stop_lists(scene.color, gradients)
+    stops = _stop_lists(scene.color, gradients, opacity)
     for row, kind in enumerate(gradients.kind.tolist()):
         if kind != FLAT:
             text = _gradient(kind, places[row], stops[row])
@@ -279,12 +294,16 @@ def _content_id(text: str, taken: Collection[str], letter: str = "g") -> str:
     return next(name for count in range(6, len(digits)) if (name := letter + digits[:count]) not in taken)
 
 
-def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:
-    """Return the elements of the stops of each path, whose first ones have the ``color`` [N, 3]."""
+def _stop_lists(color: Tensor, gradients: Gradients, opacity_of_path: list[int]) -> list[str]:
+    """Return the elements of the stops of each path, whose first ones have the ``color`` [N, 3].
+
+    Their opacity is multiplied by ``opacity_of_path``, in ticks.
+    """
     stops, count = gradients.all_stops(), len(color)
     colors = hex_colors(stops.colors(color, gradients.end_color).reshape(-1, 3))
     offsets = ticks_of(stops.shown_offsets(), 10**OFFSET_DECIMALS).tolist()
-    opacity = ticks_of(stops.opacity, 10**STOP_OPACITY_DECIMALS).tolist()
+    factor = torch.tensor(opacity_of_path, dtype=torch.float64)[:, None] / OPAQUE
+    opacity = ticks_of(factor * stops.opacity, 10**STOP_OPACITY_DECIMALS).tolist()
     shades = [colors[start : start + STOPS_MAX] for start in range(0, count * STOPS_MAX, STOPS_MAX)]
     lists = zip(stops.count.tolist(), offsets, shades, opacity, strict=True)
     return ["".join(map(_stop, *(each[:number] for each in (a, b, c)))) for number, a, b, c in lists]
@@ -292,10 +311,9 @@ def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:
 
 def _stop(offset: int, color: str, opacity: int) -> str:
     """Return the element of a stop, whose offset and opacity are in ticks."""
-    place = f' offset="{format_number(offset, OFFSET_DECIMALS)}"' if offset else ""
     is_opaque = opacity == 10**STOP_OPACITY_DECIMALS
     shown = "" if is_opaque else f' stop-opacity="{format_number(opacity, STOP_OPACITY_DECIMALS)}"'
-    return f'<stop{place} stop-color="{color}"{shown}/>'
+    return f'<stop offset="{format_number(offset, OFFSET_DECIMALS)}" stop-color="{color}"{shown}/>'
 
 
 def _gradient(kind: int, geometry: list[int], stops: str) -> str:
