@@ -37,6 +37,12 @@ _LINE = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*"
 _OWN_DATA = re.compile(rf"M{_LINE}z(?>m{_LINE}z)*", re.ASCII)
 _OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>m{_LINE}z?)*", re.ASCII)
 _COMMAND = re.compile(rf"([Mmcslhvaz])((?>[ ]?{_NUMBER})*)", re.ASCII)
+_DOTS = "h.01", "h.1"
+"""How a point is stated, in files with decimals and in those of whole numbers: some programs draw no line of length 0.
+A line that has this length is stated as an "l"."""
+
+_DOT = re.compile(rf"([Mm](?>[ ]?{_NUMBER}){{2}})h\.0?1(?=m|$)", re.ASCII)
+
 OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 """A number as warpvec writes it."""
 
@@ -154,6 +160,11 @@ def format_path(loops: Sequence[Loop], decimals: int) -> str:
     return "".join(text)
 
 
+def with_points(data: str) -> str:
+    """Return ``data`` of a stroke with points as lines of no length, so that they have no decimals."""
+    return _DOT.sub(r"\1h0", data)
+
+
 def is_own_data(data: str, is_stroke: bool = False) -> bool:
     """Return whether ``data`` has only what this module writes; that of a stroke may have open lines."""
     return (_OWN_STROKE_DATA if is_stroke else _OWN_DATA).fullmatch(data) is not None
@@ -262,9 +273,12 @@ def _loop_commands(loop: Loop, decimals: int) -> str:
 
 
 def _line_commands(loop: Loop, decimals: int) -> str:
-    """Return the commands of an open line; a point is a line of no length, which renderers give its caps."""
+    """Return the commands of an open line; those of a point are one of ``_DOTS``, to which renderers give its caps."""
     relative, is_line = _relative(loop.ticks)[:-1], loop.is_line[:-1]
-    return _commands(relative, is_line, _drawn_rows(relative, is_line), decimals) or "h0"
+    found = _commands(relative, is_line, _drawn_rows(relative, is_line), decimals)
+    if not found:
+        return _DOTS[0] if decimals else _DOTS[1]
+    return f"l{found[1:]} 0" if found in _DOTS else found
 
 
 def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int) -> str:

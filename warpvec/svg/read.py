@@ -26,7 +26,7 @@ from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITE
 from warpvec.svg.blurs import read_blur
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
-from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
+from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops, with_points
 from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS, MIN_WIDTH_DECIMALS, OPACITY_DECIMALS
 from warpvec.svg.units import check_pixels, stated_size
 from warpvec.svg.write import layer_id, layer_name
@@ -322,6 +322,6 @@ def _own_decimals(path: Element) -> int:
 
 
 def _own_data(path: Element) -> str:
-    data = path.get("d", "")
-    _expect(is_own_data(data, is_stroke="stroke" in path.attrib))
-    return data
+    data, is_stroke = path.get("d", ""), "stroke" in path.attrib
+    _expect(is_own_data(data, is_stroke))
+    return with_points(data) if is_stroke else data
