@@ -37,7 +37,16 @@ _GROUP = '<g fill-opacity=""></g>'
 
 
 def write_minified(
-    scene: Scene, width: int, height: float, sides: tuple[str, str], *, precision: int = 0, keeps_layers: bool = False
+    scene: Scene,
+    width: int,
+    height: float,
+    sides: tuple[str, str],
+    *,
+    precision: int = 0,
+    keeps_layers: bool = False,
+    has_groups: bool = True,
+    has_arcs: bool = True,
+    profile: str = "",
 ) -> str:
     """Return the short SVG text of ``quantize(scene, precision)`` on a canvas of ``width`` x ``height`` user units.
 
@@ -49,6 +58,8 @@ def write_minified(
         sides: the attributes width and height, with their units if these are not pixels.
         precision: decimals of the coordinates.
         keeps_layers: write a group for each run of equal generation, without a name. Otherwise all paths are in one.
+        has_groups: whether a group may state the opacity of its paths.
+        has_arcs, profile: as `warpvec.svg.write.write_svg` has them.
 
     Raises:
         ValueError: as `quantize`.
@@ -56,16 +67,16 @@ def write_minified(
     scene = quantize(scene, precision).cpu()
     generation = scene.generation.numpy()
     groups = list(runs_of(generation if keeps_layers else np.zeros_like(generation)))
-    common = [_common_opacity(scene.select(torch.arange(start, stop))) for start, stop in groups]
+    common = [_common_opacity(scene.select(torch.arange(*each))) if has_groups else OPAQUE for each in groups]
     stated = {path for ticks, group in zip(common, groups, strict=True) if ticks != OPAQUE for path in range(*group)}
     looks, definitions = looks_of(scene, precision, short_ids=True, keeps_opacity=stated)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides[0]}" height="{sides[1]}"'
-        f' viewBox="0 0 {width} {height}">',
+        f' viewBox="0 0 {width} {height}"{profile}>',
         *definitions,
         *background_of(scene, width, height),
     ]
-    elements = list(zip(looks, _shapes(scene, precision), strict=True))
+    elements = list(zip(looks, _shapes(scene, precision, has_arcs), strict=True))
     for ticks, (start, stop) in zip(common, groups, strict=True):
         parts += _group(elements[start:stop], ticks, keeps_layers)
     return "".join([*parts, "</svg>"])
@@ -98,25 +109,25 @@ def _common_opacity(scene: Scene) -> int:
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
 
 
-def _shapes(scene: Scene, precision: int) -> list[Shape]:
+def _shapes(scene: Scene, precision: int, has_arcs: bool) -> list[Shape]:
     """Return the shape of each path: the shorter one of its form and, where it draws the same, its outline."""
     forms = scene.forms
     if forms is None:
-        return list(map(path_shape, _data(scene, precision)))
+        return list(map(path_shape, _data(scene, precision, has_arcs)))
     shapes = form_shapes(forms, precision)
     is_same = (forms.kind == RECT) & (forms.parameters[:, ANGLE] == 0.0)  # of others, the outline has other ticks
     others = (~forms.is_form | is_same).nonzero().flatten()
-    for path, data in zip(others.tolist(), _data(scene.select(others).outlined(), precision), strict=True):
+    for path, data in zip(others.tolist(), _data(scene.select(others).outlined(), precision, has_arcs), strict=True):
         shape = path_shape(data)
         shapes[path] = min(shapes.get(path, shape), shape, key=lambda each: len(each.element) + len(each.attributes))
     return [shapes[path] for path in range(len(scene))]
 
 
-def _data(scene: Scene, precision: int) -> list[str]:
+def _data(scene: Scene, precision: int, has_arcs: bool) -> list[str]:
     """Return the ``d`` of each path. Paths of one loop of curves, closed by a line or not, are written all at once."""
     is_closing = closes_by_lines(scene)
     if is_closing is None:
-        return path_data(scene, precision)
+        return path_data(scene, precision, has_arcs)
     ticks = ticks_of(scene.segments, 10**precision).numpy()
     first = scene.structure.loop_first_segment.numpy().astype(np.int64)
     return format_closed_curves(ticks, first, precision, is_closing)

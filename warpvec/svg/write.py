@@ -53,6 +53,8 @@ def write_svg(
     metadata: dict[str, Any] | None = None,
     sides: tuple[str, str] | None = None,
     layer_names: Mapping[int, str] | None = None,
+    has_arcs: bool = True,
+    profile: str = "",
 ) -> str:
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
@@ -62,7 +64,8 @@ def write_svg(
     path to the segment count of another. Gradients stand before the background.
     ``metadata`` is stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the
     attributes width and height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name
-    must not occur twice. The text depends on the arguments alone: it has no dates and no file paths.
+    must not occur twice. Without ``has_arcs`` arcs are stated as cubics. ``profile`` are more attributes of the root,
+    with a space before each. The text depends on the arguments alone: it has no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
@@ -70,11 +73,11 @@ def write_svg(
     scene = quantize(scene, precision).cpu()
     looks, definitions = looks_of(scene, precision)
     sides = sides or (str(width), str(height))
-    elements = list(map(shape_element, looks, shapes_of(scene, precision)))
+    elements = list(map(shape_element, looks, shapes_of(scene, precision, has_arcs)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
-        f' width="{sides[0]}" height="{sides[1]}" viewBox="0 0 {width} {height}">',
+        f' width="{sides[0]}" height="{sides[1]}" viewBox="0 0 {width} {height}"{profile}>',
         *_description(title, metadata),
         *definitions,
         *background_of(scene, width, height, ' id="background"'),
@@ -201,13 +204,13 @@ def _stroke_attributes(width: int, cap: int, join: int, limit: int, decimals: in
     return text + ("" if limit == usual else f' stroke-miterlimit="{format_number(limit, MITER_DECIMALS)}"')
 
 
-def shapes_of(scene: Scene, precision: int) -> list[Shape]:
+def shapes_of(scene: Scene, precision: int, has_arcs: bool = True) -> list[Shape]:
     """Return the shape of each path: its form, or the data of its outline."""
     if scene.forms is None:
-        return list(map(path_shape, path_data(scene, precision)))
+        return list(map(path_shape, path_data(scene, precision, has_arcs)))
     shapes = form_shapes(scene.forms, precision)
     outlines = (~scene.forms.is_form).nonzero().flatten()
-    data = path_data(scene.select(outlines), precision)
+    data = path_data(scene.select(outlines), precision, has_arcs)
     shapes |= {path: path_shape(each) for path, each in zip(outlines.tolist(), data, strict=True)}
     return [shapes[path] for path in range(len(scene))]
 
@@ -217,8 +220,8 @@ def path_shape(data: str) -> Shape:
     return Shape("path", f' d="{data}"')
 
 
-def path_data(scene: Scene, precision: int) -> list[str]:
-    """Return the ``d`` of each path.
+def path_data(scene: Scene, precision: int, has_arcs: bool = True) -> list[str]:
+    """Return the ``d`` of each path, with arcs or without.
 
     The choice between the two forms depends only on what a reader of the file finds as well, so that a file that is
     read and written again has the same bytes: not on rows of no length, which are left out.
@@ -232,7 +235,7 @@ def path_data(scene: Scene, precision: int) -> list[str]:
     is_open = [False] * structure.loop_count if structure.is_open is None else structure.is_open.tolist()
     spans = zip(pairwise(rows), is_open, strict=True)
     parts = [Loop(ticks[start:stop], is_line[start:stop], opened) for (start, stop), opened in spans]
-    return [format_path(parts[start:stop], precision) for start, stop in pairwise(loops)]
+    return [format_path(parts[start:stop], precision, has_arcs) for start, stop in pairwise(loops)]
 
 
 def closes_by_lines(scene: Scene) -> NDArray[np.bool_] | None:

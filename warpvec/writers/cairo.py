@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 from warpvec.errors import InputError
+from warpvec.purposes.table import PRINT
 from warpvec.sandbox.run import SandboxError, run_in_sandbox
 from warpvec.writers.writer import Target, Writer
 
@@ -44,10 +45,13 @@ def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
     def encode(svg: str, target: Target) -> bytes:
         del target
         load(f"drawing{suffix}", "path")
+        from warpvec.purposes.texts import text_for  # not above: it loads Torch, which the help does without
+
+        svg = text_for(svg, PRINT).text
         try:
             return run_in_sandbox("warpvec.writers.cairo_work", svg.encode(), files, method=method)
         except SandboxError as error:
             rule = f"must be one that CairoSVG can write as {suffix}"
             raise InputError("SVG", rule, f"an error ({error})", "save it as SVG") from None
 
-    return Writer(suffix, media_type, encode, load, draws_blur=False)
+    return Writer(suffix, media_type, encode, load, purpose="print")
