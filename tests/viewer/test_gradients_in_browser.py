@@ -320,7 +320,7 @@ STROKED = f"""<svg {NS} viewBox="0 0 240 160" width="240" height="160"><defs>
 <linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0">
 <stop offset="0" stop-color="#f00"/>
 <stop offset=".25" stop-color="#0f0" stop-opacity=".5"/><stop offset="1" stop-color="#00f"/></linearGradient>
-<radialGradient id="g2" gradientUnits="userSpaceOnUse" cx="99" cy="120" r="90" gradientTransform="matrix(1 0 0 .5 0 60)">
+<radialGradient id="g2" gradientUnits="userSpaceOnUse" cx="9" cy="120" r="90" gradientTransform="matrix(1 0 0 .5 0 60)">
 <stop offset="0" stop-color="#fc0"/><stop offset="1" stop-color="#063"/></radialGradient></defs>
 <rect id="background" width="240" height="160" fill="#fff"/><g id="layer-1">
 <path fill="none" stroke="url(#g1)" stroke-width="24" stroke-linecap="round" d="M30 40h180"/>

@@ -46,8 +46,8 @@ class FileOptions:
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(
-        "web", Choice(tuple(PURPOSES)), "What the file is for: plain (PDF chains, Office, games), android and more.",
-        RESULT, is_daily=True, flag="for", old_name="purpose",
+        "web", Choice(tuple(PURPOSES)), "What it is for, such as plain, android or pen.",
+        RESULT, flag="for", old_name="purpose",
     )  # fmt: skip
     """What the file is for, a key of `warpvec.purposes.table.PURPOSES`: it has only what programs for this show."""
     trim: bool = setting(False, Flag(), "Cut the paths off at the edges of the canvas.", RESULT, is_daily=True)

@@ -1,7 +1,7 @@
 """Draw a path with a gradient by bands: paths of one colour each, cut along lines of equal colour.
 
-Where bands may lie on each other, each reaches below all that follow, so that no seam shows. They may where the colours
-are opaque, and where one colour gets more opaque along the gradient, or less. Other bands lie side by side.
+An opaque band reaches a little below the next one, so that no seam shows. Where one colour gets more opaque along the
+gradient, or less, bands lie on each other. Other translucent bands lie side by side.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from warpvec.geometry.loops import Color, Outline, make_scene
 from warpvec.geometry.paints.registry import LINEAR, RADIAL
 from warpvec.geometry.quarter import QUARTER_HANDLE
 from warpvec.geometry.scene import Scene
-from warpvec.purposes.loops import loops_of, outline_of, polygon
 from warpvec.purposes.levels import STEP, opacities
+from warpvec.purposes.loops import loops_of, outline_of, polygon
 from warpvec.svg.foreign.color_ramps import elliptic_range, linear_range
 from warpvec.svg.foreign.shapes import Loop
 from warpvec.svg.foreign.skia import Combiner
@@ -28,6 +28,10 @@ _SAMPLES = 513
 
 _SAME = 2.0 / 255.0
 """Largest difference of a channel within what counts as one colour."""
+
+
+_OVERLAP = 1.0
+"""Units by which an opaque band reaches below the next one: a pixel. More would draw the edge of the shape twice."""
 
 
 class _Ramp(NamedTuple):
@@ -55,7 +59,7 @@ class _Band(NamedTuple):
 
 
 def bands_of(one: Scene, width: float, height: float, combiner: Combiner) -> Scene:
-    """Return the bands of the filled path with a gradient that ``one`` has, on a canvas of ``width`` x ``height`` units.
+    """Return the bands of the filled path with a gradient that ``one`` has, on a canvas of ``width`` x ``height``.
 
     If its shape cannot be cut, it has one colour.
     """
@@ -112,10 +116,10 @@ def _bands(ramp: _Ramp) -> list[_Band]:
     """Return the bands, from bottom to top."""
     shades, edges = ramp.shades, [None, *ramp.cuts.tolist(), None]
     opacity, colors = shades[:, 3], [_color(shade) for shade in shades]
-    if (opacity > 1.0 - _SAME).all():  # discs on discs are shorter than rings
-        if ramp.kind == LINEAR:
-            return [_Band(low, None, color, 1.0) for low, color in zip(edges[:-1], colors, strict=True)]
-        return [_Band(None, high, color, 1.0) for high, color in zip(edges[:0:-1], colors[::-1], strict=True)]
+    if (opacity > 1.0 - _SAME).all():
+        below = _OVERLAP / _extent(ramp)
+        highs = [None if high is None else high + below for high in edges[1:]]
+        return [_Band(low, high, color, 1.0) for low, high, color in zip(edges[:-1], highs, colors, strict=True)]
     is_even = bool(np.ptp(shades[opacity > 0.0, :3], axis=0).max() <= _SAME)
     if is_even and (np.diff(opacity) >= 0.0).all():
         rising = opacities(opacity.tolist())
@@ -124,6 +128,14 @@ def _bands(ramp: _Ramp) -> list[_Band]:
         rising = opacities(opacity[::-1].tolist())
         return [_Band(None, high, *each) for high, *each in zip(edges[:0:-1], colors[::-1], rising, strict=True)]
     return [_Band(*each) for each in zip(edges[:-1], edges[1:], colors, opacity.tolist(), strict=True)]
+
+
+def _extent(ramp: _Ramp) -> float:
+    """Return the least distance in units over which t grows by 1."""
+    if ramp.kind == LINEAR:
+        return float(np.hypot(*(ramp.geometry[2:4] - ramp.geometry[:2])))
+    _, _, ax, ay, breadth = _axes(ramp.kind, ramp.geometry).tolist()
+    return min(math.hypot(ax, ay), breadth)
 
 
 def _cut(loops: list[Loop], band: _Band, ramp: _Ramp, one: Scene, combiner: Combiner) -> list[Loop] | None:

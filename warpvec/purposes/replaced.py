@@ -50,7 +50,11 @@ def replaced(scene: Scene, purpose: Purpose, width: float, height: float, thread
     if bool(is_refused.any()):
         count, before = int(is_refused.sum()), len(scene)
         scene = _with_bands(scene, is_refused, width, height) if purpose.has_shades else _with_means(scene)
-        more = f"as {counted(len(scene) - before + count, 'band')} of one colour" if purpose.has_shades else "as one colour each"
+        more = (
+            f"as {counted(len(scene) - before + count, 'band')} of one colour"
+            if purpose.has_shades
+            else "as one colour each"
+        )
         words.append(f"{counted(count, 'gradient')} {more}")
     if not purpose.has_strokes:
         scene = without_strokes(scene)

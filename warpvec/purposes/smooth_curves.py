@@ -85,5 +85,7 @@ def _nearer(cubic: Floats, t: Floats, off: Floats) -> Floats:
 def _at(cubic: Floats, t: Floats) -> Floats:
     """Return the points [K, 2] of a cubic [4, 2] at ``t`` [K]."""
     u = t[:, None]
-    points: Floats = (1 - u) ** 3 * cubic[0] + 3 * u * (1 - u) ** 2 * cubic[1] + 3 * u**2 * (1 - u) * cubic[2] + u**3 * cubic[3]
+    points: Floats = (
+        (1 - u) ** 3 * cubic[0] + 3 * u * (1 - u) ** 2 * cubic[1] + 3 * u**2 * (1 - u) * cubic[2] + u**3 * cubic[3]
+    )
     return points

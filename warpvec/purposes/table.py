@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from warpvec.errors import InputError
 
@@ -74,7 +74,7 @@ PRINT = Purpose("print, PDF and EPS", has_blur=False)
 ANDROID = Purpose("Android", has_blur=False, has_ellipses=False, has_forms=False, has_groups=False)
 """What a VectorDrawable can state."""
 
-_CUT = {"has_blur": False, "has_gradients": False, "has_shades": False, "has_ground": False, "has_groups": False}
+_CUT = Purpose("machines", has_blur=False, has_gradients=False, has_shades=False, has_ground=False, has_groups=False)
 
 PURPOSES: Mapping[str, Purpose] = {
     "web": WEB,
@@ -83,12 +83,12 @@ PURPOSES: Mapping[str, Purpose] = {
     ),
     "print": PRINT,
     "android": ANDROID,
-    "font": Purpose("fonts: one black shape", **_CUT, has_forms=False, has_strokes=False, is_one_color=True),
+    "font": replace(_CUT, help="fonts: one black shape", has_forms=False, has_strokes=False, is_one_color=True),
     "tiny": Purpose(
         "SVG Tiny 1.2", has_blur=False, has_ellipses=False, has_arcs=False,
         profile=' version="1.2" baseProfile="tiny"',
     ),
-    "pen": Purpose("plotters, by vpype", **_CUT),
-    "cricut": Purpose("Cricut Design Space: 72 px an inch", **_CUT, has_turns=False, per_inch=72.0),
+    "pen": replace(_CUT, help="plotters, by vpype"),
+    "cricut": replace(_CUT, help="Cricut Design Space: 72 px an inch", has_turns=False, per_inch=72.0),
 }  # fmt: skip
 """Name -> purpose."""

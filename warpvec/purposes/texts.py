@@ -1,4 +1,4 @@
-"""Make the text of an SVG fit for a purpose, such as that of a drawing which was edited, or that becomes another file."""
+"""Make the text of an SVG fit for a purpose: of a drawing that was edited, or that becomes another file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Write a drawing as a VectorDrawable: https://developer.android.com/reference/android/graphics/drawable/VectorDrawable
+"""Write a drawing as a VectorDrawable, a picture of Android's apps (android.graphics.drawable.VectorDrawable).
 
 It has paths with fills, strokes and gradients whose stops have opacities, and groups, which have the names of layers.
 """
@@ -14,7 +14,7 @@ from xml.sax.saxutils import quoteattr
 from warpvec.purposes.table import ANDROID
 from warpvec.purposes.texts import text_for
 from warpvec.svg.document import local_name, parse_svg
-from warpvec.svg.units import MM_PER_PIXEL, physical_size, stated_size
+from warpvec.svg.units import physical_size, stated_size
 
 _PER_INCH = 160.0
 """Units "dp" of Android per inch."""
@@ -86,7 +86,9 @@ def _path(path: Element, gradients: Mapping[str, Element]) -> Iterator[str]:
 
 def _gradient(gradient: Element) -> str:
     kind = local_name(gradient.tag).removesuffix("Gradient")
-    places = "".join(f' android:{android}="{gradient.get(side)}"' for side, android in _GRADIENT_NAMES.items() if gradient.get(side))
+    places = "".join(
+        f' android:{android}="{gradient.get(side)}"' for side, android in _GRADIENT_NAMES.items() if gradient.get(side)
+    )
     items = "".join(
         f'<item android:offset="{stop.get("offset")}" android:color="{_color(stop)}"/>' for stop in gradient
     )

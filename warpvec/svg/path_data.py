@@ -155,7 +155,9 @@ def format_path(loops: Sequence[Loop], decimals: int, has_arcs: bool = True) -> 
     for loop in loops:
         start = loop.ticks[0, 0]
         text.append(("M" if at is None else "m") + _numbers(start if at is None else start - at, decimals))
-        text.append(_line_commands(loop, decimals, has_arcs) if loop.is_open else _loop_commands(loop, decimals, has_arcs))
+        text.append(
+            _line_commands(loop, decimals, has_arcs) if loop.is_open else _loop_commands(loop, decimals, has_arcs)
+        )
         at = loop.ticks[-1, 0] if loop.is_open else start
     return "".join(text)
 

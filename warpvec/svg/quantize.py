@@ -72,10 +72,10 @@ def quantize(scene: Scene, precision: int) -> Scene:
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
     A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Of a path
-    with a form, the numbers of the form are rounded, and its rows follow. A soft form that is turned becomes an outline:
-    programs blur an element wrongly, or not at all, that has a transform too. Paths whose opacity rounds to 0, and
-    strokes whose width does, are removed, as in the file. Quantizing twice changes nothing more. Device and dtype are kept,
-    derivatives are not.
+    with a form, the numbers of the form are rounded, and its rows follow. A soft form that is turned becomes an
+    outline: programs blur an element wrongly, or not at all, that has a transform too. Paths whose opacity rounds to 0,
+    and strokes whose width does, are removed, as in the file. Quantizing twice changes nothing more. Device and dtype
+    are kept, derivatives are not.
 
     Raises:
         ValueError: the paths are not cubic, a value is not finite (except for the ends of a gradient, which then

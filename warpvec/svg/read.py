@@ -200,7 +200,9 @@ def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
     """Return the names of the layers by generation; None unless all have names from which their ids come."""
     identifiers = [group.get("id", "") for group in groups]
     labels = [layer_name(group.get(_LABEL, ""), name) for group, name in zip(groups, identifiers, strict=True)]
-    names = {layer_level(name, index): label for index, (name, label) in enumerate(zip(identifiers, labels, strict=True))}
+    names = {
+        layer_level(name, index): label for index, (name, label) in enumerate(zip(identifiers, labels, strict=True))
+    }
     return names if groups and all(names.values()) and list(map(layer_id, names.values())) == identifiers else None
 
 

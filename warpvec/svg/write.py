@@ -261,8 +261,9 @@ def _line_rows(scene: Scene) -> NDArray[np.bool_]:
 def _paints_of(scene: Scene, opacity: list[int], short_ids: bool) -> tuple[list[str], list[str], list[str]]:
     """Return the ``fill`` of each path, the attribute that blurs it, and the lines of the definitions of both.
 
-    ``opacity`` in ticks is that which the stops of a path's gradient state beside their own. Equal gradients are one, and so are equal blurs. An id follows from the text of the gradient or blur, so
-    that two files on one page have the same id only for the same text. With ``short_ids``, ids are as short as can be.
+    ``opacity`` in ticks is that which the stops of a path's gradient state beside their own. Equal gradients are one,
+    and so are equal blurs. An id follows from the text of the gradient or blur, so that two files on one page have the
+    same id only for the same text. With ``short_ids``, ids are as short as can be.
     """
 
     def blur_name(text: str, taken: list[str]) -> str:
