@@ -2,10 +2,13 @@
 
     python bench/everywhere.py [FILES] [--environment FOLDER] [--program NAME]
 
-Each program of `PROGRAMS` is installed in a version of its own into a virtual environment, by default a temporary one; a
-new version is one line to change. Programs of Debian are taken as they are installed. The table is in dB (PSNR over
+Each program of `PROGRAMS` is installed in a version of its own into a virtual environment, by default a temporary one.
+A new version is one line to change. Programs of Debian are taken as they are installed. The table is in dB (PSNR over
 white): above 43 dB the difference is that of anti-aliasing alone; "-" is a program that is missing or fails.
 """
+
+# ruff: noqa: E501
+# The programs' own code stands in few long lines.
 
 from __future__ import annotations
 
