@@ -16,10 +16,13 @@ from warpvec.svg.measure import draw
 
 SIDE = 128
 DRAWING = f"""<svg xmlns="http://www.w3.org/2000/svg" width="{SIDE}" height="{SIDE}" viewBox="0 0 {SIDE} {SIDE}"><defs>
-<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="10" y1="10" x2="60" y2="30"><stop offset="0" stop-color="#c22"/>
+<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="10" y1="10" x2="60" y2="30">
+<stop offset="0" stop-color="#c22"/>
 <stop offset=".3" stop-color="#fc0"/><stop offset="1" stop-color="#06c"/></linearGradient>
-<radialGradient id="c" gradientUnits="userSpaceOnUse" cx="0" cy="0" r="1" gradientTransform="matrix(30 15 -10 20 35 95)">
-<stop offset="0" stop-color="#0a6" stop-opacity=".8"/><stop offset="1" stop-color="#0a6" stop-opacity="0"/></radialGradient>
+<radialGradient id="c" gradientUnits="userSpaceOnUse" cx="0" cy="0" r="1"
+gradientTransform="matrix(30 15 -10 20 35 95)">
+<stop offset="0" stop-color="#0a6" stop-opacity=".8"/><stop offset="1" stop-color="#0a6" stop-opacity="0"/>
+</radialGradient>
 <filter id="b1" x="-60%" y="-60%" width="220%" height="220%" color-interpolation-filters="sRGB">
 <feGaussianBlur stdDeviation="4"/></filter></defs><rect width="{SIDE}" height="{SIDE}" fill="#eee"/>
 <g><path fill="url(#a)" d="M5 5h60v30l-25 20h-35z"/><ellipse fill="url(#c)" cx="35" cy="95" rx="30" ry="25"/>

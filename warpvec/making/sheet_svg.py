@@ -1,4 +1,4 @@
-"""Write sheets as SVG: a unit is a millimetre, an element is an outline, a layer has a number and its colour as name."""
+"""Write sheets as SVG: a unit is a millimetre, an element is an outline, a layer is named by number and colour."""
 
 from __future__ import annotations
 

@@ -123,10 +123,12 @@ def _bands(ramp: _Ramp) -> list[_Band]:
     is_even = bool(np.ptp(shades[opacity > 0.0, :3], axis=0).max() <= _SAME)
     if is_even and (np.diff(opacity) >= 0.0).all():
         rising = opacities(opacity.tolist())
-        return [_Band(low, None, *each) for low, *each in zip(edges[:-1], colors, rising, strict=True)]
+        return [_Band(low, None, color, each) for low, color, each in zip(edges[:-1], colors, rising, strict=True)]
     if is_even and (np.diff(opacity) <= 0.0).all():
         rising = opacities(opacity[::-1].tolist())
-        return [_Band(None, high, *each) for high, *each in zip(edges[:0:-1], colors[::-1], rising, strict=True)]
+        return [
+            _Band(None, high, color, each) for high, color, each in zip(edges[:0:-1], colors[::-1], rising, strict=True)
+        ]
     return [_Band(*each) for each in zip(edges[:-1], edges[1:], colors, opacity.tolist(), strict=True)]
 
 

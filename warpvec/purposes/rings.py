@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -86,6 +87,6 @@ def _coverage(
     return field, float(low[0]), float(low[1]), scale
 
 
-def _closed(lines: list[Floats]) -> list[Floats]:
+def _closed(lines: Any) -> list[Floats]:
     """Return closed lines [K, 2] without their last point, in cells from the corner of the grid."""
     return [line[:-1] - 0.5 for line in lines if len(line) > _POINTS_MIN]
