@@ -160,12 +160,12 @@ def test_save_writes_the_picture_of_the_file_as_a_png(photo: Photo, tmp_path: Pa
 def test_save_warns_of_soft_paths_that_a_file_draws_sharp(
     photo: Photo, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("cairosvg")
+    pytest.importorskip("ezdxf")
     result = vectorize_briefly(photo)
     soft = replace(result.scene, softness=Softness(torch.ones(len(result.scene))))
     monkeypatch.setattr(type(result), "scene", soft)
-    with pytest.warns(UserWarning, match=rf"\.pdf has no blur, .*: {len(soft)}; fit with soft=0"):
-        result.save(tmp_path / "drawing.pdf")
+    with pytest.warns(UserWarning, match=rf"\.dxf has no blur, .*: {len(soft)}; fit with soft=0"):
+        result.save(tmp_path / "drawing.dxf")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         result.save(tmp_path / "drawing.svg")

@@ -130,8 +130,8 @@ class Result:
         the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters,
         and ``.jsx`` is a React component.
 
-        ``.pdf``, ``.eps`` and ``.dxf`` have no blur: a warning says how many soft paths they draw sharp. A drawing that
-        was made with ``soft=0`` has none.
+        ``.pdf`` and ``.eps`` have rings of sharp paths in place of a soft path. ``.dxf`` has no blur: a warning says how
+        many soft paths it draws sharp. A drawing that was made with ``soft=0`` has none.
 
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
@@ -205,7 +205,8 @@ class Result:
         the goal. Drawings in the mode lines also have ``lines``, ``line_widths``, ``wide_areas`` and ``pen_up``: see
         `warpvec.modes.lines`. ``condition`` has what had happened to the picture, and ``condition_words`` says it;
         they are None if nobody looked, and the words also if nothing had. ``not_kept`` says what of the picture the
-        drawing could not keep, by names such as "noise" and "shades". ``psnr_as_fitted`` compares the file with the
+        drawing could not keep, by names such as "noise" and "shades". ``replaced`` lists in words what the file draws
+        by other means, because it may not use more for its ``purpose``. ``psnr_as_fitted`` compares the file with the
         picture as it was before its enlargement, if that was fitted. If the picture is blurred, and its drawing is
         not, ``blur_undone`` is the deviation in pixels, and ``psnr_as_fitted`` blurs the file as the picture is.
         """
@@ -237,6 +238,8 @@ class Result:
             "interrupted": self.interrupted,
             "goal": drawing.goal_facts,
             "not_kept": not_kept(drawing),
+            "purpose": self.encoding.options.purpose,
+            "replaced": drawing.replaced,
             "condition": None if drawing.condition is None else drawing.condition.facts,
             "condition_words": None if drawing.condition is None else drawing.condition.words,
             "psnr_as_fitted": drawing.psnr_as_fitted if picture.is_damage_undone else None,

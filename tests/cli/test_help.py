@@ -44,7 +44,8 @@ def test_help_all_shows_every_option(command: str) -> None:
     assert {*OPTIONS} == {*names, *QUANTITIES, "gzip", "opaque", *settings_of(FileOptions)}
     refused = REFUSED.get(command, ())
     for name in {*OPTIONS, "write_config", "background"} - {*refused}:
-        assert f"--{name.replace('_', '-')} " in result.stdout
+        flag = OPTIONS[name].flag if name in OPTIONS else None
+        assert f"--{(flag or name).replace('_', '-')} " in result.stdout
     assert "Policy replacement:" in result.stdout
     if command == "run":
         assert all(

@@ -17,7 +17,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.linear import Linear
-from warpvec.geometry.paints.registry import FLAT, KINDS, LINEAR, kind_of
+from warpvec.geometry.paints.registry import ELLIPTIC, FLAT, KINDS, LINEAR, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import Stops
 from warpvec.kernels import gradients as kernel_gradients
@@ -107,6 +107,16 @@ def test_a_file_states_the_gradient_that_is_read_from_it(number: int) -> None:
     want = scene.gradients.whole_geometry.float()
     torch.testing.assert_close(got.gradients.whole_geometry, want, rtol=0, atol=0)
     assert write_svg(got, 40, 32) == write_svg(scene, 40, 32)
+
+
+def test_an_ellipse_is_stated_by_the_circle_about_its_centre_or_as_files_of_before_do() -> None:
+    kind, numbers = KINDS[ELLIPTIC], ["70", "190.5", "60", "-30", "20.5"]
+    attributes = kind.attributes(numbers)
+    assert [attributes[side] for side in ("cx", "cy", "r")] == ["70", "190.5", "67.1"]
+    matrix = "matrix(60 -30 9.1679 18.3358 70 190.5)"
+    of_before = {"cx": "0", "cy": "0", "r": "1", "gradientTransform": matrix}
+    assert kind.numbers(attributes) == kind.numbers(of_before) == numbers
+    assert kind.numbers({**of_before, "gradientTransform": matrix.replace("9.1", "9.2")}) == []  # a skewed one
 
 
 @kinds

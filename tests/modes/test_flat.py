@@ -71,9 +71,11 @@ def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec
     assert sorted(set(fills)) == ["#000080", "#dc143c", "#ffd700"]
     assert '<rect id="background" width="64" height="64" fill="#fff"/>' in text
     labels = re.findall(r'<g id="([\w-]+)" inkscape:groupmode="layer" inkscape:label="([^"]+)">', text)
-    assert sorted(labels) == [
+    names = [(identifier, label.partition(" ")[2]) for identifier, label in labels]
+    assert sorted(names) == [
         ("crimson-dc143c", "crimson #dc143c"), ("gold-ffd700", "gold #ffd700"), ("navy-000080", "navy #000080"),
     ]  # fmt: skip
+    assert [label.partition(" ")[0] for _, label in labels] == ["1", "2", "3"]
     assert '"mode": "flat"' in text
     assert "lr_points" not in text
 

@@ -24,7 +24,7 @@ def test_auto_draws_a_card_with_a_photo_as_both() -> None:
     levels = np.rint(255.0 * image).astype(np.uint8)
     result = warpvec.vectorize(levels, iterations=60)
     assert result.config.mode == "mixed"
-    assert 'inkscape:label="photo"' in result.svg()
+    assert 'inkscape:label="1 photo"' in result.svg()
     assert len(result.scene) <= 512
     drawn = draw(result.svg(), 200, 160)
     beside = np.abs(drawn[share == 0.0].astype(int) - levels[share == 0.0])

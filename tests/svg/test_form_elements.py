@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -9,6 +12,7 @@ import torch
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE, OUTLINE, RECT, ROUND_RECT, form_of
 from warpvec.geometry.path_forms import Forms, is_used
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
 from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw, file_facts
@@ -57,6 +61,8 @@ def test_a_file_with_forms_is_read_exactly(precision: int, transparent: bool) ->
     text = write_svg(scene, 120, 100, precision=precision)
     for word in ("<circle", "<ellipse", "<rect", 'rx="', "rotate("):
         assert word in text
+    radii = re.findall(r'<rect[^>]* rx="([^"]*)" ry="([^"]*)"', text)
+    assert radii and all(across == down for across, down in radii)
     loaded = read_svg(text)
     assert loaded.precision is not None and loaded.scene.forms is not None
     found, want = loaded.scene, quantize(scene, precision)
@@ -64,6 +70,22 @@ def test_a_file_with_forms_is_read_exactly(precision: int, transparent: bool) ->
     assert torch.equal(found.forms.parameters, want.forms.parameters)
     assert torch.equal(found.segments, want.segments)
     assert write_svg(found, 120, 100, precision=precision) == text
+    old = re.sub(r'(<rect[^>]*) ry="[^"]*"', r"\1", text)  # files of before state the radius of corners once
+    assert old != text and write_svg(read_svg(old).scene, 120, 100, precision=precision) == text
+
+
+@pytest.mark.parametrize("minified", [False, True])
+def test_no_soft_form_has_a_transform(minified: bool) -> None:
+    scene = scene_of_forms()
+    soft = replace(scene, softness=Softness(torch.full((len(scene),), 1.5)))
+
+    def written(each: Scene) -> str:
+        return write_minified(each, 120, 100, ("240", "200")) if minified else write_svg(each, 120, 100)
+
+    text = written(soft)
+    assert text.count(" filter=") == len(scene) and "<circle" in text
+    assert not re.search("<[^>]* filter=[^>]* transform=", text) and "transform=" in written(scene)
+    assert written(read_svg(text).scene) == text
 
 
 def test_a_minified_file_with_forms_is_read_exactly_and_has_short_words() -> None:

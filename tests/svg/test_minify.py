@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 import torch
 
+from warpvec.geometry.gradients import Gradients
+from warpvec.geometry.paints.registry import FLAT, LINEAR
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.svg.measure import draw
@@ -65,10 +67,32 @@ def test_a_closing_line_costs_nothing() -> None:
 def test_an_opacity_of_its_own_is_stated() -> None:
     scene = _scene()
     opacity = scene.opacity.clone()
-    opacity[3], opacity[5] = 0.25, 1.0
+    opacity[3] = 0.25
     text = _text(replace(scene, opacity=opacity))
-    assert re.findall(r'fill-opacity="([^"]*)"', text) == [".7", ".25", "1"]
+    assert re.findall(r'fill-opacity="([^"]*)"', text) == [".7", ".25"]
     assert torch.equal(read_svg(text).scene.opacity, quantize(replace(scene, opacity=opacity), 0).opacity)
+    opacity[5] = 1.0  # some programs keep the opacity of the group, whatever a path says
+    text = _text(replace(scene, opacity=opacity))
+    assert "<g" not in text and re.findall(r'fill-opacity="([^"]*)"', text) == 3 * [".7"] + [".25", ".7"] + 6 * [".7"]
+    assert torch.equal(read_svg(text).scene.opacity, quantize(replace(scene, opacity=opacity), 0).opacity)
+
+
+@pytest.mark.parametrize(("usual", "of_stops"), [(0.7, []), (1.0, [".25", ".25"])])
+def test_stops_state_the_opacity_of_a_path_that_is_in_no_group(usual: float, of_stops: list[str]) -> None:
+    scene = _scene()
+    is_special = torch.arange(12) == 4
+    ends = torch.tensor([[0.0, 0.0, 50.0, 30.0]]).repeat(12, 1)
+    gradients = Gradients(torch.where(is_special, LINEAR, FLAT).int(), ends, 1.0 - scene.color)
+    scene = replace(scene, gradients=gradients, opacity=torch.where(is_special, 0.25, usual))
+    text = _text(scene)
+    assert ("<g " in text) == (usual < 1.0)
+    assert re.findall(r'stop-opacity="([^"]*)"', text) == of_stops
+    loaded = read_svg(text).scene
+    assert torch.equal(loaded.opacity, quantize(scene, 0).opacity) and _text(loaded) == text
+    layered = write_svg(scene, UNITS * WIDTH, UNITS * HEIGHT, precision=0)
+    assert re.findall(r'stop-opacity="([^"]*)"', layered) == [".25", ".25"]
+    assert not re.search(r'"url[^>]*fill-opacity', layered)
+    np.testing.assert_allclose(draw(text, WIDTH, HEIGHT).astype(int), draw(layered, WIDTH, HEIGHT), atol=1)
 
 
 def test_opaque_paths_need_no_group() -> None:

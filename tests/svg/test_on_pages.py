@@ -13,6 +13,7 @@ import warpvec
 from warpvec.errors import InputError
 from warpvec.svg.measure import draw, file_facts
 from warpvec.svg.on_pages import as_component, as_symbol, component_name, with_current_color
+from warpvec.svg.read import read_svg
 
 DRAWING = """<?xml version="1.0" encoding="UTF-8"?>
 <svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" width="60" height="40" viewBox="0 0 60 40">
@@ -40,6 +41,8 @@ def test_a_symbol_looks_like_its_drawing_and_shares_no_id() -> None:
     np.testing.assert_array_equal(draw(text, 240, 160), draw(DRAWING, 240, 160))
     assert re.findall(r' id="([^"]+)"', text) == ["logo", "logo-g1"]
     assert "inkscape" not in text and "metadata" not in text
+    assert '<use xlink:href="#logo"/>' in text
+    assert len(read_svg(text).scene) == len(read_svg(DRAWING).scene)
 
 
 def test_a_component_is_the_drawing_with_the_names_of_react() -> None:

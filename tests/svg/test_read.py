@@ -64,6 +64,18 @@ def test_layers_taken_out_by_hand_leave_the_others_as_they_were(monkeypatch):
     assert set(path_lines(write_svg(scene, 768, 512))) < set(path_lines(text))
 
 
+@pytest.mark.parametrize("names", [{0: "teal #3e717a", 1: "a", 2: "lines of 21.26 px"}, {0: "b", 1: "7", 2: "2 c"}])
+def test_a_name_of_a_layer_follows_its_number_and_comes_back(names):
+    text = write_svg(make_scene(30), 768, 512, layer_names=names)
+    labels = re.findall(r'inkscape:label="([^"]*)"', text)
+    assert labels == [f"{number} {name}" for number, name in enumerate(names.values(), 1)]
+    assert read_svg(text).layer_names == names
+    old = text
+    for label, name in zip(labels, names.values(), strict=True):
+        old = old.replace(f'label="{label}"', f'label="{name}"')
+    assert read_svg(old).layer_names == names
+
+
 def test_paths_keep_their_own_numbers_of_cubics():
     two, three = "M1 2c1 0 3 1 4 1-1 2-3 2-4-1z", "M0 0c1 0 3 1 4 1-1 2-3 2-4 1 0 1 0-2 0-2z"
     content = f'<g id="a"><path fill="#123" d="{two}"/><path fill="#45f" d="{three}"/></g>'

@@ -131,3 +131,18 @@ def test_other_strokes_become_outlines_and_are_named() -> None:
     assert dashed.scene.strokes is None and dashed.omitted == ["1 dashed stroke: drawn as its outline"]
     assert uneven.scene.strokes is None and len(uneven.omitted) == 1 and "outline" in uneven.omitted[0]
     assert both.scene.strokes is not None and both.scene.strokes.is_stroked.tolist() == [False, True]
+
+
+@pytest.mark.parametrize(("precision", "dot"), [(0, "h.1"), (1, "h.01"), (2, "h.01"), (4, "h.01")])
+def test_a_point_is_a_line_short_enough_to_be_one(precision: int, dot: str) -> None:
+    own = '<svg xmlns="http://www.w3.org/2000/svg" width="40" height="30" viewBox="0 0 40 30"><g>{}</g></svg>'
+    point = own.format('<path fill="none" stroke="#000" stroke-width="4" stroke-linecap="round" d="M9 8{}m9 1l3 4"/>')
+    scene = read_svg(point.format("h0")).scene
+    text = write_svg(scene, 40, 30, precision=precision)
+    assert f'd="M9 8{dot}m9 1l3 4"' in text
+    again = read_svg(text)
+    assert again.precision == 0 and torch.equal(again.scene.segments, scene.segments)
+    difference = draw(text, 40, 30).astype(float) - draw(point.format("h0"), 40, 30)
+    assert np.sqrt(np.square(difference).mean()) < (0.8 if precision else 4.5)  # of 255; 50 and 35 dB
+    line = read_svg(point.format("l.01 0")).scene
+    assert 'd="M9 8l.01 0m9 1l3 4"' in write_svg(line, 40, 30) and line.segments[0, 1, 0] > 9.0

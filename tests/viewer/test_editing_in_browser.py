@@ -291,7 +291,7 @@ def test_levels_are_made_moved_and_merged(open_page) -> None:
     assert viewer.page.locator("#layers tbody tr").count() == 3
     viewer.slide("layer-name", 'Eyes & "lids"')
     assert viewer.page.locator("#layers tbody tr").nth(2).inner_text().split("\t")[2] == 'Eyes & "lids"'
-    assert 'inkscape:label="Eyes &amp; &quot;lids&quot;"' in viewer.saved()
+    assert 'inkscape:label="3 Eyes &amp; &quot;lids&quot;"' in viewer.saved()
     viewer.press_button("undo")
     assert "Eyes" not in viewer.saved()
     viewer.press_button("layer-down")

@@ -20,7 +20,7 @@ FORMS = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 240 160" width="
 <circle fill="#c22" cx="40" cy="40.25" r="24.5"/>
 <ellipse fill="#27c" cx="120" cy="40" rx="30" ry="18.75" transform="rotate(30 120 40)"/>
 <rect fill="#182" fill-opacity=".5" x="170" y="20" width="50" height="40"/>
-<rect fill="#b3b" x="20" y="90" width="60.01" height="50" rx="12.5" transform="rotate(-10 50.005 115)"/>
+<rect fill="#b3b" x="20" y="90" width="60.01" height="50" rx="12.5" ry="12.5" transform="rotate(-10 50.005 115)"/>
 <path fill="#777" d="M110 90h80v50z"/></g></svg>"""
 
 
@@ -112,7 +112,7 @@ def test_numbers_of_forms_are_fields(viewer: Viewer) -> None:
     viewer.slide("form-second", "12")
     saved = viewer.saved()
     assert '<circle fill="#c22" cx="40" cy="40.25" r="30.5"/>' in saved
-    assert 'width="50" height="40" rx="7" transform="rotate(20 195 40)"' in saved
+    assert 'width="50" height="40" rx="7" ry="7" transform="rotate(20 195 40)"' in saved
     assert 'rx="30" ry="12" transform="rotate(30 120 40)"' in saved
     for _ in range(4):
         viewer.press_button("undo")

@@ -204,7 +204,7 @@ def test_a_gradient_follows_a_drag_and_stretches_with_its_path(open_page) -> Non
 
 
 FOREIGN = f"""<svg {NS} viewBox="0 0 240 160" width="240">
-<defs><linearGradient id="stops"><stop stop-color="#fff"/><stop offset="30%" style="stop-color:#e63"/>
+<defs><linearGradient id="stops"><stop offset="0" stop-color="#fff"/><stop offset="30%" style="stop-color:#e63"/>
 <stop offset="1" stop-color="#024" stop-opacity=".5"/></linearGradient>
 <linearGradient id="turned" xlink:href="#stops" gradientTransform="rotate(30)"/>
 <radialGradient id="focal" href="#stops" cx="180" cy="45" r="38" fx="165" fy="35" gradientUnits="userSpaceOnUse"/>
@@ -214,6 +214,18 @@ FOREIGN = f"""<svg {NS} viewBox="0 0 240 160" width="240">
 <g transform="rotate(5)"><circle cx="180" cy="45" r="40" style="fill:url(#focal)"/></g>
 <g transform="translate(20 90) scale(1.5 1)" fill="url(#oval)"><ellipse cx="40" cy="30" rx="38" ry="28"/></g>
 <path d="M150 100h80v50h-80z" fill="url(#point)" fill-opacity=".7"/></svg>"""
+
+
+def test_opacity_is_saved_in_the_stops_and_an_ellipse_about_its_centre(open_page) -> None:
+    viewer = open_page(FOREIGN)
+    saved = viewer.saved()
+    assert not re.search(r'"url[^>]*-opacity', saved) and 'stop-opacity=".35"' in saved
+    circles = re.findall(r'<radialGradient[^>]* cx="([^"]*)" cy="([^"]*)" r="[^"]*" gradientTransform="([^"]*)"', saved)
+    assert circles
+    for cx, cy, matrix in circles:
+        a, b, c, d, e, f = map(float, re.findall(r"[-.\d]+", matrix))
+        x, y = float(cx), float(cy)
+        assert (a * x + c * y + e, b * x + d * y + f) == pytest.approx((x, y), abs=0.01)
 
 
 def test_gradients_of_other_programs_are_shown_and_saved(open_page) -> None:
@@ -230,7 +242,7 @@ def test_gradients_of_other_programs_are_shown_and_saved(open_page) -> None:
 @pytest.mark.parametrize(
     ("gradient", "color"),
     [
-        ('<linearGradient id="g"><stop stop-color="#e63"/></linearGradient>', (0xEE, 0x66, 0x33)),
+        ('<linearGradient id="g"><stop offset="0" stop-color="#e63"/></linearGradient>', (0xEE, 0x66, 0x33)),
         ('<pattern id="g"><path d="M0 0h9v9z"/></pattern>', (0x80, 0x80, 0x80)),
         ('<linearGradient id="g" href="#h"/><linearGradient id="h" href="#g"/>', (0x80, 0x80, 0x80)),
         ('<linearGradient id="g" href="http://e.org/#h"/>', (0x80, 0x80, 0x80)),
@@ -252,7 +264,8 @@ def test_gradients_take_no_name_of_a_layer(open_page) -> None:
 
 
 STOPS = f"""<svg {NS} viewBox="0 0 240 160" width="240" height="160"><defs>
-<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0"><stop stop-color="#f00"/>
+<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0">
+<stop offset="0" stop-color="#f00"/>
 <stop offset=".25" stop-color="#0f0" stop-opacity=".5"/><stop offset="1" stop-color="#00f"/></linearGradient></defs>
 <rect id="background" width="240" height="160" fill="#fff"/><g id="layer-1">
 <path fill="url(#g1)" d="M20 20h200v120h-200z"/></g></svg>"""
@@ -273,7 +286,7 @@ def set_stop(viewer: Viewer, field: str, index: int, value: str) -> None:
 
 def test_middle_stops_are_edited_added_and_deleted(open_page) -> None:
     viewer = open_page(STOPS)
-    before = ['<stop stop-color="#f00"/>', '<stop offset=".25" stop-color="#0f0" stop-opacity=".5"/>',
+    before = ['<stop offset="0" stop-color="#f00"/>', '<stop offset=".25" stop-color="#0f0" stop-opacity=".5"/>',
               '<stop offset="1" stop-color="#00f"/>']  # fmt: skip
     assert stops_of(viewer) == before
     viewer.click(100, 100)
@@ -304,10 +317,11 @@ def test_a_gradient_keeps_two_stops(open_page) -> None:
 
 
 STROKED = f"""<svg {NS} viewBox="0 0 240 160" width="240" height="160"><defs>
-<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0"><stop stop-color="#f00"/>
+<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="0" x2="220" y2="0">
+<stop offset="0" stop-color="#f00"/>
 <stop offset=".25" stop-color="#0f0" stop-opacity=".5"/><stop offset="1" stop-color="#00f"/></linearGradient>
-<radialGradient id="g2" gradientUnits="userSpaceOnUse" cx="60" cy="0" r="50" gradientTransform="matrix(2 0 0 1 0 120)">
-<stop stop-color="#fc0"/><stop offset="1" stop-color="#063"/></radialGradient></defs>
+<radialGradient id="g2" gradientUnits="userSpaceOnUse" cx="9" cy="120" r="90" gradientTransform="matrix(1 0 0 .5 0 60)">
+<stop offset="0" stop-color="#fc0"/><stop offset="1" stop-color="#063"/></radialGradient></defs>
 <rect id="background" width="240" height="160" fill="#fff"/><g id="layer-1">
 <path fill="none" stroke="url(#g1)" stroke-width="24" stroke-linecap="round" d="M30 40h180"/>
 <path fill="none" stroke="url(#g2)" stroke-width="20" d="M30 120c60-60 120 60 180 0"/></g></svg>"""
@@ -361,7 +375,7 @@ def test_stops_kind_and_colours_of_the_gradient_of_a_stroke_are_changed(open_pag
     set_stop(viewer, "color", 1, "#ffcc00")
     set_stop(viewer, "opacity", 1, "0.8")
     viewer.slide("end", "#102030")
-    stops = '<stop stop-color="#f00"/><stop offset=".25" stop-color="#fc0" stop-opacity=".8"/>'
+    stops = '<stop offset="0" stop-color="#f00"/><stop offset=".25" stop-color="#fc0" stop-opacity=".8"/>'
     assert f'{stops}<stop offset="1" stop-color="#102030"/>' in strokes_of(viewer.saved())[0]
     assert_shows(viewer, viewer.saved())
     viewer.choose("kind", "Radial gradient")

@@ -71,6 +71,7 @@ OPTION_NAMES = {name: _flag(name) for name in (*_OTHER_OPTIONS, *OPTIONS)} | {
     "image": "IN",
     "name": "NAME",
     "photo": "--image",
+    **{option.name: _flag(option.flag) for option in OPTIONS.values() if option.flag is not None},
 }
 """Name of an argument in Python -> the option of the command line."""
 

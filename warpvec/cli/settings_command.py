@@ -127,7 +127,7 @@ class SettingsOption(click.Option):
     """
 
     def __init__(self, option: Setting, default: Any) -> None:
-        names = [option.name] if option.old_name is None else [option.name, option.old_name]
+        names = [option.flag or option.name, *filter(None, [option.old_name])]
         is_flag, is_switch = isinstance(option.kind, Flag), option.default is None
         value: dict[str, Any] = {"is_flag": True} if is_flag else {
             "type": ValueOf(option.name, option.kind), "metavar": option.metavar or option.kind.metavar

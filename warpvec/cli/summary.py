@@ -166,6 +166,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("the picture: {condition_words}")
     if metrics.get("not_kept"):
         lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
+    if metrics.get("replaced"):
+        lines.append(f"for {metrics['purpose']}: {'; '.join(metrics['replaced'])}")
     if metrics.get("soft") and not writer_of(out).draws_blur:
         lines.append(f"not kept in {writer_of(out).suffix}: the blur of {counted(metrics['soft'], 'soft path')}")
     if metrics.get("soft_reason"):

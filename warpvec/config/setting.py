@@ -46,6 +46,7 @@ class Setting:
         old_name: former name, which still works; None for none.
         page: control on the page of `warpvec app`; None for none.
         bare: value of the option without a value on the command line; None if it needs one.
+        flag: its name on the command line, where that is a word that Python keeps to itself; None for ``name``.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Setting:
     old_name: str | None = None
     page: Control | None = None
     bare: str | None = None
+    flag: str | None = None
 
 
 def setting(default: Any, kind: Kind, help: str, section: str, **more: Any) -> Any:

@@ -96,18 +96,32 @@ class Drawing:
     @cached_property
     def text(self) -> str:
         """The text of the SVG."""
-        return self.encoding.text(self.scene) if self.given is None else self.given
+        is_as_given = self.given is not None and self.encoding.options.purpose == "web"
+        return self.given if self.given is not None and is_as_given else self.encoding.text(self.scene)
+
+    @cached_property
+    def replaced(self) -> list[str]:
+        """What the file draws by other means for its purpose, in words."""
+        return self.encoding.shown(self.scene).words
 
     @cached_property
     def psnr(self) -> float:
         """PSNR in dB of the file against the picture, as resvg draws it."""
-        return self.encoding.text_psnr(self.text)
+        return self.encoding.text_psnr(self._text_of_all)
 
     @cached_property
     def psnr_as_fitted(self) -> float:
         """PSNR in dB of the file against what was fitted; see `Encoding.psnr_as_fitted`."""
         is_other = self.encoding.picture.is_damage_undone
-        return self.encoding.psnr_as_fitted(self.text) if is_other else self.psnr
+        return self.encoding.psnr_as_fitted(self._text_of_all) if is_other else self.psnr
+
+    @property
+    def _text_of_all(self) -> str:
+        """The text with all that the drawing has: modes and goals judge the drawing, whatever its file is for."""
+        if self.encoding.options.purpose == "web":
+            return self.text
+        options = replace(self.encoding.options, purpose="web")
+        return replace(self.encoding, options=options).text(self.scene)
 
 
 def _visible_paths(scene: Scene, encoding: Encoding, is_late: bool) -> Scene:

@@ -22,6 +22,8 @@ from warpvec.image.alpha import is_transparent, premultiplied, straight
 from warpvec.image.gaussian_blur import GaussianBlur
 from warpvec.image.metrics import psnr
 from warpvec.image.picture import Picture
+from warpvec.purposes.replaced import Replaced, replaced
+from warpvec.purposes.table import PURPOSES, WEB, Purpose
 from warpvec.svg.measure import draw_like
 from warpvec.svg.minify import write_minified
 from warpvec.svg.quantize import at_ticks, quantize
@@ -180,19 +182,31 @@ class Encoding:
 
     # Files
 
+    def shown(self, scene: Scene) -> Replaced:
+        """Return ``scene`` with what a file for its purpose may use."""
+        return replaced(scene, self._purpose, self.picture.width, self.picture.height, self.settings.threads)
+
+    @property
+    def _purpose(self) -> Purpose:
+        return PURPOSES[self.options.purpose]
+
     def text(self, scene: Scene) -> str:
         """Return the SVG text of ``scene``."""
+        purpose, picture = self._purpose, self.picture
+        scene = scene if purpose == WEB else self.shown(scene).scene
         (rows, columns), scene = self.size, scene.scaled(*self._units)
-        picture = self.picture
         if self.is_minified:
             sides = self.sides or (str(columns), str(rows))
             sides = self.options.sides(picture.width, picture.height) or sides
-            keeps_layers = self.keeps_layers
-            return write_minified(scene, columns, rows, sides, precision=self.precision, keeps_layers=keeps_layers)
+            return write_minified(
+                scene, columns, rows, sides, precision=self.precision, keeps_layers=self.keeps_layers,
+                has_groups=purpose.has_groups, has_arcs=purpose.has_arcs, profile=purpose.profile,
+            )  # fmt: skip
         metadata = None if self.options.no_metadata else self.metadata or stated_settings(self.settings)
         return write_svg(
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
             sides=self.options.sides(columns, rows) or self.sides, layer_names=self.layer_names,
+            has_arcs=purpose.has_arcs, profile=purpose.profile,
         )  # fmt: skip
 
     def least_text(self) -> str:

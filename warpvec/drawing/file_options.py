@@ -11,6 +11,7 @@ from warpvec.config.kinds import Choice, Custom, Flag, parse_text
 from warpvec.config.palette import parse_palette
 from warpvec.config.setting import setting, settings_of
 from warpvec.errors import InputError
+from warpvec.purposes.table import PURPOSES
 from warpvec.svg.on_pages import DARKEST, check_id
 from warpvec.svg.units import check_size, in_pixels_of, sides_of
 
@@ -44,6 +45,11 @@ class FileOptions:
         "Width, such as 90mm; also in, cm, pt, px or %.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
+    purpose: str = setting(
+        "web", Choice(tuple(PURPOSES)), "What it is for, such as plain, android or pen.",
+        RESULT, flag="for", old_name="purpose",
+    )  # fmt: skip
+    """What the file is for, a key of `warpvec.purposes.table.PURPOSES`: it has only what programs for this show."""
     trim: bool = setting(False, Flag(), "Cut the paths off at the edges of the canvas.", RESULT, is_daily=True)
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool = setting(False, Flag(), "Write paths only, no circles, ellipses or rectangles.", RESULT)
@@ -72,7 +78,7 @@ class FileOptions:
     @property
     def per_inch(self) -> float | None:
         """Pixels per inch; None for real units."""
-        return None if self.ppi == "mm" else float(self.ppi)
+        return PURPOSES[self.purpose].per_inch if self.ppi == "mm" else float(self.ppi)
 
     def sides(self, width: float, height: float) -> tuple[str, str] | None:
         """Return the attributes width and height of a drawing of this many pixels; None without a size."""
@@ -84,6 +90,10 @@ class FileOptions:
     def __post_init__(self) -> None:
         for name, each in settings_of(FileOptions).items():
             object.__setattr__(self, name, each.kind.check(name, getattr(self, name)))
+        purpose = PURPOSES[self.purpose]
+        purpose.check_packages("purpose")
+        if self.symbol is not None and not purpose.has_groups:
+            raise InputError("symbol", "must not be given for this purpose", self.purpose, "leave one of them out")
 
 
 DEFAULT_FILE_OPTIONS = FileOptions()

@@ -154,6 +154,8 @@ class Keywords(TypedDict, total=False):
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None
     """Width, such as 90mm; also in, cm, pt, px or %."""
+    purpose: Literal["web", "plain", "print", "android", "font", "tiny", "pen", "cricut"]
+    """What it is for, such as plain, android or pen."""
     trim: bool
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool

@@ -1,4 +1,4 @@
-"""Write sheets as SVG: a unit is a millimetre, an element is an outline, and a layer has the name of its colour."""
+"""Write sheets as SVG: a unit is a millimetre, an element is an outline, a layer is named by number and colour."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def sheet_text(sheet: Sheet, pixels_per_inch: float | None = None) -> str:
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
         f' width="{width}" height="{height}" viewBox="0 0 {_number(sheet.width)} {_number(sheet.height)}">',
     ]
-    for name, parts in groupby(sheet.parts, key=lambda part: part.layer or part.color):
+    for number, (name, parts) in enumerate(groupby(sheet.parts, key=lambda part: part.layer or part.color), 1):
         identifier = "c" + name[1:] if name[0] == "#" else name
-        lines.append(f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label="{name}">')
+        lines.append(f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label="{number} {name}">')
         lines += [_element(part) for part in parts]
         lines.append("</g>")
     return "\n".join([*lines, "</svg>"]) + "\n"

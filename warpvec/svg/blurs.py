@@ -13,10 +13,8 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 import torch
-from torch import Tensor
 
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.forms.form import ANGLE, FIRST, SECOND
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import SIGMA_MIN
 from warpvec.svg.document import local_name
@@ -89,7 +87,7 @@ def _regions(scene: Scene) -> list[_Region]:
     """Return the region of each path's filter."""
     assert scene.softness is not None
     outline = path_boxes(_without_strokes(scene)).double()
-    sizes = _own_sizes(scene, outline[:, 2:] - outline[:, :2])
+    sizes = outline[:, 2:] - outline[:, :2]
     reach = REGION_SIGMAS * scene.softness.sigma.double() + 1.0
     if scene.strokes is not None:
         reach = reach + scene.strokes.reach.double()
@@ -108,14 +106,6 @@ def _without_strokes(scene: Scene) -> Scene:
     return Scene(
         scene.segments, scene.structure, scene.color, scene.opacity, scene.background, scene.generation
     )  # fmt: skip
-
-
-def _own_sizes(scene: Scene, sizes: Tensor) -> Tensor:
-    """Return width and height of each path [N, 2] in its own user space, where a turned form is level."""
-    if scene.forms is None:
-        return sizes
-    turned = scene.forms.is_form & (scene.forms.parameters[:, ANGLE] != 0.0)
-    return torch.where(turned[:, None], 2.0 * scene.forms.parameters[:, FIRST : SECOND + 1].double(), sizes)
 
 
 def read_blur(element: Element) -> float | None:

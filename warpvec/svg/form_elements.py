@@ -46,9 +46,20 @@ def form_shapes(forms: Forms, precision: int) -> dict[int, Shape]:
         turns = _turns(parameters, precision) if form.turns else [""] * len(paths)
         for path, numbers, turn in zip(paths.tolist(), ticks, turns, strict=True):
             texts = [format_number(number, precision) for number in numbers]
-            stated = "".join(f' {side}="{text}"' for side, text in zip(form.sides, texts, strict=True))
-            shapes[path] = Shape(form.element, stated + turn)
+            shapes[path] = Shape(form.element, _sides(form, texts) + turn)
     return shapes
+
+
+def _sides(form: Form, texts: list[str]) -> str:
+    """Return the attributes of a form's sides; the radius of corners twice, since some programs need both."""
+    stated = dict(zip(form.sides, texts, strict=True))
+    if _has_round_corners(stated):
+        stated["ry"] = stated["rx"]
+    return "".join(f' {side}="{text}"' for side, text in stated.items())
+
+
+def _has_round_corners(attributes: Mapping[str, str]) -> bool:
+    return "rx" in attributes and "width" in attributes
 
 
 def _turns(parameters: Tensor, precision: int) -> list[str]:
@@ -78,6 +89,8 @@ def read_form(element: str, attributes: Mapping[str, str], decimals: int) -> Out
         attributes: its attributes.
         decimals: of the file.
     """
+    if _has_round_corners(attributes) and attributes.get("ry") == attributes["rx"]:
+        attributes = {name: text for name, text in attributes.items() if name != "ry"}
     given = attributes.keys() & FORM_ATTRIBUTES - {"transform"}
     for number, form in FORMS.items():
         if form.element == element and given == set(form.sides):
@@ -105,5 +118,4 @@ def _read(number: int, form: Form, attributes: Mapping[str, str], decimals: int)
 
 def _stated(form: Form, texts: list[str], attributes: Mapping[str, str]) -> str:
     """Return the attributes as `form_shapes` writes them."""
-    sides = "".join(f' {side}="{text}"' for side, text in zip(form.sides, texts, strict=True))
-    return sides + (f' transform="{attributes["transform"]}"' if "transform" in attributes else "")
+    return _sides(form, texts) + (f' transform="{attributes["transform"]}"' if "transform" in attributes else "")

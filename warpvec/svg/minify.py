@@ -7,11 +7,11 @@ opacity is stated once, on the group of the paths. `warpvec.svg.read` reads such
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
+import torch
 
 from warpvec.geometry.forms.form import ANGLE
 from warpvec.geometry.forms.registry import RECT
@@ -24,13 +24,12 @@ from warpvec.svg.write import (
     Look,
     background_of,
     closes_by_lines,
+    looks_of,
     opacity_attribute,
-    paints_of,
     path_data,
     path_shape,
     runs_of,
     shape_element,
-    strokes_of,
 )
 
 _GROUP = '<g fill-opacity=""></g>'
@@ -38,7 +37,16 @@ _GROUP = '<g fill-opacity=""></g>'
 
 
 def write_minified(
-    scene: Scene, width: int, height: float, sides: tuple[str, str], *, precision: int = 0, keeps_layers: bool = False
+    scene: Scene,
+    width: int,
+    height: float,
+    sides: tuple[str, str],
+    *,
+    precision: int = 0,
+    keeps_layers: bool = False,
+    has_groups: bool = True,
+    has_arcs: bool = True,
+    profile: str = "",
 ) -> str:
     """Return the short SVG text of ``quantize(scene, precision)`` on a canvas of ``width`` x ``height`` user units.
 
@@ -50,29 +58,32 @@ def write_minified(
         sides: the attributes width and height, with their units if these are not pixels.
         precision: decimals of the coordinates.
         keeps_layers: write a group for each run of equal generation, without a name. Otherwise all paths are in one.
+        has_groups: whether a group may state the opacity of its paths.
+        has_arcs, profile: as `warpvec.svg.write.write_svg` has them.
 
     Raises:
         ValueError: as `quantize`.
     """
     scene = quantize(scene, precision).cpu()
-    fills, blurs, definitions = paints_of(scene, short_ids=True)
+    generation = scene.generation.numpy()
+    groups = list(runs_of(generation if keeps_layers else np.zeros_like(generation)))
+    common = [_common_opacity(scene.select(torch.arange(*each))) if has_groups else OPAQUE for each in groups]
+    stated = {path for ticks, group in zip(common, groups, strict=True) if ticks != OPAQUE for path in range(*group)}
+    looks, definitions = looks_of(scene, precision, short_ids=True, keeps_opacity=stated)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides[0]}" height="{sides[1]}"'
-        f' viewBox="0 0 {width} {height}">',
+        f' viewBox="0 0 {width} {height}"{profile}>',
         *definitions,
         *background_of(scene, width, height),
     ]
-    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), blurs, strict=True)
-    elements = list(zip(itertools.starmap(Look, looks), _shapes(scene, precision), strict=True))
-    generation = scene.generation.numpy()
-    for start, stop in runs_of(generation if keeps_layers else np.zeros_like(generation)):
-        parts += _group(elements[start:stop], keeps_layers)
+    elements = list(zip(looks, _shapes(scene, precision, has_arcs), strict=True))
+    for ticks, (start, stop) in zip(common, groups, strict=True):
+        parts += _group(elements[start:stop], ticks, keeps_layers)
     return "".join([*parts, "</svg>"])
 
 
-def _group(elements: list[tuple[Look, Shape]], is_layer: bool) -> Iterator[str]:
-    """Yield the text of shapes, each given with its look."""
-    common = _common_opacity([look.opacity for look, _ in elements if look.stroke is None])
+def _group(elements: list[tuple[Look, Shape]], common: int, is_layer: bool) -> Iterator[str]:
+    """Yield the text of shapes, each given with its look; ``common`` is the opacity in ticks that a group states."""
     has_group = is_layer or common != OPAQUE
     if has_group:
         yield "<g>" if common == OPAQUE else f"<g{opacity_attribute(common)}>"
@@ -82,35 +93,41 @@ def _group(elements: list[tuple[Look, Shape]], is_layer: bool) -> Iterator[str]:
         yield "</g>"
 
 
-def _common_opacity(opacity: list[int]) -> int:
-    """Return the opacity in ticks that saves most as that of the group; opaque if none saves more than it costs."""
-    counts = Counter(opacity)
-    lengths = {ticks: len(opacity_attribute(ticks)) for ticks in counts}
-    # Opaque paths say nothing without a group that does.
-    gains = {t: counts[t] * lengths[t] - counts[OPAQUE] * lengths.get(OPAQUE, 0) - len(_GROUP) for t in counts}
+def _common_opacity(scene: Scene) -> int:
+    """Return the opacity in ticks that saves most as that of the group; opaque if none saves more than it costs.
+
+    No path states its opacity as 1 against its group: some programs keep that of the group.
+    """
+    opacity = ticks_of(scene.opacity, OPAQUE)
+    if scene.strokes is not None:
+        opacity = opacity[~scene.strokes.is_stroked]
+    counts = Counter(opacity.tolist())
+    if OPAQUE in counts:
+        return OPAQUE
+    gains = {ticks: count * len(opacity_attribute(ticks)) - len(_GROUP) for ticks, count in counts.items()}
     gains[OPAQUE] = 0
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
 
 
-def _shapes(scene: Scene, precision: int) -> list[Shape]:
+def _shapes(scene: Scene, precision: int, has_arcs: bool) -> list[Shape]:
     """Return the shape of each path: the shorter one of its form and, where it draws the same, its outline."""
     forms = scene.forms
     if forms is None:
-        return list(map(path_shape, _data(scene, precision)))
+        return list(map(path_shape, _data(scene, precision, has_arcs)))
     shapes = form_shapes(forms, precision)
     is_same = (forms.kind == RECT) & (forms.parameters[:, ANGLE] == 0.0)  # of others, the outline has other ticks
     others = (~forms.is_form | is_same).nonzero().flatten()
-    for path, data in zip(others.tolist(), _data(scene.select(others).outlined(), precision), strict=True):
+    for path, data in zip(others.tolist(), _data(scene.select(others).outlined(), precision, has_arcs), strict=True):
         shape = path_shape(data)
         shapes[path] = min(shapes.get(path, shape), shape, key=lambda each: len(each.element) + len(each.attributes))
     return [shapes[path] for path in range(len(scene))]
 
 
-def _data(scene: Scene, precision: int) -> list[str]:
+def _data(scene: Scene, precision: int, has_arcs: bool) -> list[str]:
     """Return the ``d`` of each path. Paths of one loop of curves, closed by a line or not, are written all at once."""
     is_closing = closes_by_lines(scene)
     if is_closing is None:
-        return path_data(scene, precision)
+        return path_data(scene, precision, has_arcs)
     ticks = ticks_of(scene.segments, 10**precision).numpy()
     first = scene.structure.loop_first_segment.numpy().astype(np.int64)
     return format_closed_curves(ticks, first, precision, is_closing)

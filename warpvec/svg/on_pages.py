@@ -26,6 +26,9 @@ _PAINT = re.compile(
 
 _REFERENCE = re.compile(r"url\(#([^()]+)\)")
 
+_LINKS = "http://www.w3.org/1999/xlink"
+"""Namespace of links. Inkscape 1.2, paper and others follow no link without it."""
+
 _NAMES_IN_JSX = {"class": "className", "xlink:href": "xlinkHref"}
 
 _UNDRAWN = ("metadata", "desc")
@@ -70,8 +73,8 @@ def as_symbol(svg: str, name: str) -> str:
     width, height, box = (root.get(side, "") for side in ("width", "height", "viewBox"))
     inner = "\n".join(_text(child, _xml_attributes, escape) for child in root)
     return (
-        f'<svg xmlns="{SVG_NAMESPACE}" width="{width}" height="{height}" viewBox="{box}">\n'
-        f'<symbol id="{name}" viewBox="{box}">\n{inner}\n</symbol>\n<use href="#{name}"/>\n</svg>\n'
+        f'<svg xmlns="{SVG_NAMESPACE}" xmlns:xlink="{_LINKS}" width="{width}" height="{height}" viewBox="{box}">\n'
+        f'<symbol id="{name}" viewBox="{box}">\n{inner}\n</symbol>\n<use xlink:href="#{name}"/>\n</svg>\n'
     )
 
 

@@ -37,6 +37,12 @@ _LINE = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*"
 _OWN_DATA = re.compile(rf"M{_LINE}z(?>m{_LINE}z)*", re.ASCII)
 _OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>m{_LINE}z?)*", re.ASCII)
 _COMMAND = re.compile(rf"([Mmcslhvaz])((?>[ ]?{_NUMBER})*)", re.ASCII)
+_DOTS = "h.01", "h.1"
+"""How a point is stated, in files with decimals and in those of whole numbers: some programs draw no line of length 0.
+A line that has this length is stated as an "l"."""
+
+_DOT = re.compile(rf"([Mm](?>[ ]?{_NUMBER}){{2}})h\.0?1(?=m|$)", re.ASCII)
+
 OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 """A number as warpvec writes it."""
 
@@ -139,19 +145,26 @@ class Loop(NamedTuple):
     is_open: bool = False
 
 
-def format_path(loops: Sequence[Loop], decimals: int) -> str:
+def format_path(loops: Sequence[Loop], decimals: int, has_arcs: bool = True) -> str:
     """Return the data of one path from its loops.
 
     Cubics of no length are left out, and so is a line that closing the loop draws. Handles that mirror the one before
-    are implied ("s"). Cubics that are those of an arc are stated as that.
+    are implied ("s"). Cubics that are those of an arc are stated as that if the data may have arcs.
     """
     text, at = [], None
     for loop in loops:
         start = loop.ticks[0, 0]
         text.append(("M" if at is None else "m") + _numbers(start if at is None else start - at, decimals))
-        text.append(_line_commands(loop, decimals) if loop.is_open else _loop_commands(loop, decimals))
+        text.append(
+            _line_commands(loop, decimals, has_arcs) if loop.is_open else _loop_commands(loop, decimals, has_arcs)
+        )
         at = loop.ticks[-1, 0] if loop.is_open else start
     return "".join(text)
+
+
+def with_points(data: str) -> str:
+    """Return ``data`` of a stroke with points as lines of no length, so that they have no decimals."""
+    return _DOT.sub(r"\1h0", data)
 
 
 def is_own_data(data: str, is_stroke: bool = False) -> bool:
@@ -251,27 +264,30 @@ def _drawn_rows(relative: Ticks, is_line: NDArray[np.bool_]) -> list[int]:
     return np.flatnonzero(np.where(is_line, has_end, has_length)).tolist()
 
 
-def _loop_commands(loop: Loop, decimals: int) -> str:
+def _loop_commands(loop: Loop, decimals: int, has_arcs: bool) -> str:
     relative, is_line = _relative(loop.ticks), loop.is_line
     rows = _drawn_rows(relative, is_line)
     if rows and is_line[rows[-1]]:
         rows.pop()  # "z" draws it
     if not rows:  # a single point, or a line there and back
         return ("c" + _numbers(relative[0].ravel(), decimals) if not is_line[0] else "") + "z"
-    return _commands(relative, is_line, rows, decimals) + "z"
+    return _commands(relative, is_line, rows, decimals, has_arcs) + "z"
 
 
-def _line_commands(loop: Loop, decimals: int) -> str:
-    """Return the commands of an open line; a point is a line of no length, which renderers give its caps."""
+def _line_commands(loop: Loop, decimals: int, has_arcs: bool) -> str:
+    """Return the commands of an open line; those of a point are one of ``_DOTS``, to which renderers give its caps."""
     relative, is_line = _relative(loop.ticks)[:-1], loop.is_line[:-1]
-    return _commands(relative, is_line, _drawn_rows(relative, is_line), decimals) or "h0"
+    found = _commands(relative, is_line, _drawn_rows(relative, is_line), decimals, has_arcs)
+    if not found:
+        return _DOTS[0] if decimals else _DOTS[1]
+    return f"l{found[1:]} 0" if found in _DOTS else found
 
 
-def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int) -> str:
+def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int, has_arcs: bool) -> str:
     """Return the commands of the ``rows`` of a line that have a length, all of ``relative`` [S, 3, 2] if no others."""
     if not rows:
         return ""
-    arcs = _arcs(relative, is_line)
+    arcs = _arcs(relative, is_line) if has_arcs else {}
     of_arcs = {row for first, (stop, *_) in arcs.items() for row in range(first + 1, stop)}
     rows = [row for row in rows if row not in of_arcs]
     is_arc = np.array([row in arcs for row in rows])

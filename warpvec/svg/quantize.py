@@ -72,15 +72,16 @@ def quantize(scene: Scene, precision: int) -> Scene:
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
     A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Of a path
-    with a form, the numbers of the form are rounded, and its rows follow. Paths whose opacity rounds to 0, and strokes
-    whose width does, are removed, as in the file. Quantizing twice changes nothing more. Device and dtype are kept,
-    derivatives are not.
+    with a form, the numbers of the form are rounded, and its rows follow. A soft form that is turned becomes an
+    outline: programs blur an element wrongly, or not at all, that has a transform too. Paths whose opacity rounds to 0,
+    and strokes whose width does, are removed, as in the file. Quantizing twice changes nothing more. Device and dtype
+    are kept, derivatives are not.
 
     Raises:
         ValueError: the paths are not cubic, a value is not finite (except for the ends of a gradient, which then
             shows its end colour), or a coordinate is 2**53 units of the last decimal or more.
     """
-    scene = _with_needed_gradients(_without_far_gradients(scene.detach()))
+    scene = _without_soft_turns(_with_needed_gradients(_without_far_gradients(scene.detach())))
     _check(scene, precision)
     quantized = replace(
         scene,
@@ -92,7 +93,7 @@ def quantize(scene: Scene, precision: int) -> Scene:
         strokes=_rounded_strokes(scene.strokes, precision),
         softness=_rounded_softness(scene.softness),
     ).with_forms(_rounded_forms(scene.forms, precision))
-    shown = _with_needed_gradients(quantized)
+    shown = _with_needed_gradients(_with_one_opacity(quantized))
     is_visible = shown.opacity > 0
     if scene.strokes is not None and shown.strokes is not None:
         is_visible &= shown.strokes.is_stroked | ~scene.strokes.is_stroked
@@ -227,6 +228,34 @@ def _rounded_strokes(strokes: Strokes | None, precision: int) -> Strokes | None:
     limit = rounded(strokes.miter_limit.clamp(1.0, MITER_LIMIT_MAX), 10**MITER_DECIMALS)
     # A file states no limit where the join is no miter.
     return replace(strokes, width=width, miter_limit=torch.where(strokes.join == MITER, limit, MITER_LIMIT))
+
+
+def _with_one_opacity(scene: Scene) -> Scene:
+    """Return ``scene`` with the opacity of each path with a gradient in one place, which a file states by its stops.
+
+    It is that of the path if all stops are alike, else that of the stops.
+    """
+    gradients = scene.gradients
+    if gradients is None or gradients.stops is None:
+        return scene
+    stops = gradients.stops
+    whole = rounded(stops.opacity * scene.opacity[:, None], 10**STOP_OPACITY_DECIMALS)
+    even = rounded(whole[:, 0], 10**OPACITY_DECIMALS)
+    is_even, is_flat = ((whole == even[:, None]) | ~stops.is_used()).all(1), gradients.kind == FLAT
+    opacity = torch.where(is_flat, scene.opacity, torch.where(is_even, even, 1.0))
+    of_stops = torch.where((is_even | is_flat)[:, None] | ~stops.is_used(), 1.0, whole)
+    return replace(scene, opacity=opacity, gradients=replace(gradients, stops=replace(stops, opacity=of_stops)))
+
+
+def _without_soft_turns(scene: Scene) -> Scene:
+    """Return ``scene`` with outlines in place of forms that are soft and turned."""
+    if scene.forms is None or scene.softness is None:
+        return scene
+    angle = rounded(torch.rad2deg(scene.forms.parameters[:, ANGLE]), 10**ANGLE_DECIMALS)
+    is_turned = torch.zeros_like(scene.forms.is_form)
+    for _, form, paths in scene.forms.groups():
+        is_turned[paths] = form.turns and angle[paths] != 0.0
+    return replace(scene, forms=scene.forms.without(scene.softness.is_soft & is_turned))
 
 
 def _rounded_softness(softness: Softness | None) -> Softness | None:

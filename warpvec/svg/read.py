@@ -26,10 +26,10 @@ from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITE
 from warpvec.svg.blurs import read_blur
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
-from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops
-from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS, MIN_WIDTH_DECIMALS
+from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops, with_points
+from warpvec.svg.quantize import COLOR_LEVELS, MAX_TICKS, MIN_WIDTH_DECIMALS, OPACITY_DECIMALS
 from warpvec.svg.units import check_pixels, stated_size
-from warpvec.svg.write import layer_id
+from warpvec.svg.write import layer_id, layer_name
 
 _Paint = tuple[Color, OutlineGradient | None]
 
@@ -198,8 +198,11 @@ def _is_minified(text: str, root: Element) -> bool:
 
 def _own_layer_names(groups: Sequence[Element]) -> dict[int, str] | None:
     """Return the names of the layers by generation; None unless all have names from which their ids come."""
-    names = {layer_level(group.get("id"), index): group.get(_LABEL, "") for index, group in enumerate(groups)}
-    identifiers = [group.get("id") for group in groups]
+    identifiers = [group.get("id", "") for group in groups]
+    labels = [layer_name(group.get(_LABEL, ""), name) for group, name in zip(groups, identifiers, strict=True)]
+    names = {
+        layer_level(name, index): label for index, (name, label) in enumerate(zip(identifiers, labels, strict=True))
+    }
     return names if groups and all(names.values()) and list(map(layer_id, names.values())) == identifiers else None
 
 
@@ -215,6 +218,8 @@ def _own_outline(path: _OwnPath, decimals: int, definitions: _Definitions) -> Ou
     paint = path.element.get(role, "")
     color, gradient = gradients[paint] if paint in gradients else (_own_color(path.element, role), None)
     _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
+    if gradient is not None:
+        path, gradient = _with_one_opacity(path, gradient)
     if name == "path":
         outline = _own_loops(path, color, decimals)
         return replace(outline, gradient=gradient, stroke=stroke, softness=softness)
@@ -223,6 +228,18 @@ def _own_outline(path: _OwnPath, decimals: int, definitions: _Definitions) -> Ou
         raise _NotOurs
     outline = Outline.of_form(form, color, float(path.opacity), path.generation)
     return replace(outline, gradient=gradient, stroke=stroke, softness=softness)
+
+
+def _with_one_opacity(path: _OwnPath, gradient: OutlineGradient) -> tuple[_OwnPath, OutlineGradient]:
+    """Return an opaque path and its gradient with the opacity of the stops as that of the path, if these are alike."""
+    if gradient.stops is None:
+        return path, gradient
+    even = gradient.stops[0].opacity
+    is_even = all(stop.opacity == even for stop in gradient.stops) and round(even, OPACITY_DECIMALS) == even
+    if float(path.opacity) != 1.0 or not is_even:
+        return path, gradient
+    stops = tuple(stop._replace(opacity=1.0) for stop in gradient.stops)
+    return path._replace(opacity=f"{even:.{OPACITY_DECIMALS}f}"), gradient._replace(stops=stops)
 
 
 def _own_loops(path: _OwnPath, color: Color, decimals: int) -> Outline:
@@ -307,6 +324,6 @@ def _own_decimals(path: Element) -> int:
 
 
 def _own_data(path: Element) -> str:
-    data = path.get("d", "")
-    _expect(is_own_data(data, is_stroke="stroke" in path.attrib))
-    return data
+    data, is_stroke = path.get("d", ""), "stroke" in path.attrib
+    _expect(is_own_data(data, is_stroke))
+    return with_points(data) if is_stroke else data

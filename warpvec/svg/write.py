@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
@@ -52,29 +53,31 @@ def write_svg(
     metadata: dict[str, Any] | None = None,
     sides: tuple[str, str] | None = None,
     layer_names: Mapping[int, str] | None = None,
+    has_arcs: bool = True,
+    profile: str = "",
 ) -> str:
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
     The text has a background rectangle unless the scene is transparent, then one group per run of equal generation (a
-    layer in Inkscape, a named group in other editors), with one path or form per line. Cubics of no length are left
-    out, such as those that pad a path to the segment count of another. Gradients stand before the background.
+    layer in Inkscape, a named group in other editors), with one path or form per line. The name of a layer begins with
+    its number, by which programs of plotters choose a pen. Cubics of no length are left out, such as those that pad a
+    path to the segment count of another. Gradients stand before the background.
     ``metadata`` is stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the
     attributes width and height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name
-    must not occur twice. The text depends on the arguments alone: it has no dates and no file paths.
+    must not occur twice. Without ``has_arcs`` arcs are stated as cubics. ``profile`` are more attributes of the root,
+    with a space before each. The text depends on the arguments alone: it has no dates and no file paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
     """
     scene = quantize(scene, precision).cpu()
-    fills, blurs, definitions = paints_of(scene)
+    looks, definitions = looks_of(scene, precision)
     sides = sides or (str(width), str(height))
-    looks = zip(fills, ticks_of(scene.opacity, OPAQUE).tolist(), strokes_of(scene, precision), blurs, strict=True)
-    shapes = shapes_of(scene, precision)
-    elements = [shape_element(Look(*look), shape) for look, shape in zip(looks, shapes, strict=True)]
+    elements = list(map(shape_element, looks, shapes_of(scene, precision, has_arcs)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
-        f' width="{sides[0]}" height="{sides[1]}" viewBox="0 0 {width} {height}">',
+        f' width="{sides[0]}" height="{sides[1]}" viewBox="0 0 {width} {height}"{profile}>',
         *_description(title, metadata),
         *definitions,
         *background_of(scene, width, height, ' id="background"'),
@@ -107,7 +110,8 @@ def _layers(generation: NDArray[np.int64], elements: list[str], names: Mapping[i
     for number, (start, stop) in enumerate(runs_of(generation), 1):
         level = int(generation[start])
         plural = "path" if stop - start == 1 else "paths"
-        label = names.get(level, f"Layer {number}: generation {level}, {stop - start} {plural}")
+        unnamed = f"Layer {number}: generation {level}, {stop - start} {plural}"
+        label = f"{number} {names[level]}" if level in names else unnamed
         identifier = layer_id(names[level]) if level in names else f"layer-{number}-generation-{level}"
         yield f'<g id="{identifier}" inkscape:groupmode="layer" inkscape:label={quoteattr(label)}>'
         yield from elements[start:stop]
@@ -118,6 +122,12 @@ def runs_of(generation: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
     """Yield the first row, and the row after the last, of each run of equal ``generation`` [N]."""
     inner = np.flatnonzero(np.diff(generation)) + 1
     yield from pairwise(np.unique([0, *inner, len(generation)]).tolist())
+
+
+def layer_name(label: str, identifier: str) -> str:
+    """Return the name of a layer from its ``label``, which begins with a number if its ``identifier`` does not."""
+    numbered = re.fullmatch(r"\d+ (.+)", label, re.ASCII | re.DOTALL)
+    return numbered[1] if numbered and layer_id(numbered[1]) == identifier else label
 
 
 def layer_id(name: str) -> str:
@@ -157,7 +167,23 @@ def opacity_attribute(ticks: int, role: str = "fill") -> str:
     return f' {role}-opacity="{format_number(ticks, OPACITY_DECIMALS)}"'
 
 
-def strokes_of(scene: Scene, precision: int) -> list[str | None]:
+def looks_of(
+    scene: Scene, precision: int, *, short_ids: bool = False, keeps_opacity: Collection[int] = ()
+) -> tuple[list[Look], list[str]]:
+    """Return the look of each path, and the lines of the definitions that looks refer to.
+
+    The stops of a gradient state the opacity of its path too, because some programs ignore that of a path beside a
+    gradient; but not for the paths ``keeps_opacity``, which are in a group that states it.
+    """
+    opacity = ticks_of(scene.opacity, OPAQUE)
+    in_stops = torch.zeros_like(opacity, dtype=torch.bool) if scene.gradients is None else scene.gradients.kind != FLAT
+    in_stops[list(keeps_opacity)] = False
+    of_stops, own = (torch.where(where, opacity, OPAQUE).tolist() for where in (in_stops, ~in_stops))
+    fills, blurs, definitions = _paints_of(scene, of_stops, short_ids)
+    return list(map(Look, fills, own, _strokes_of(scene, precision), blurs)), definitions
+
+
+def _strokes_of(scene: Scene, precision: int) -> list[str | None]:
     """Return the attributes of each stroke but for its paint, each with a space before it; None for fills."""
     strokes = scene.strokes
     if strokes is None:
@@ -178,13 +204,13 @@ def _stroke_attributes(width: int, cap: int, join: int, limit: int, decimals: in
     return text + ("" if limit == usual else f' stroke-miterlimit="{format_number(limit, MITER_DECIMALS)}"')
 
 
-def shapes_of(scene: Scene, precision: int) -> list[Shape]:
+def shapes_of(scene: Scene, precision: int, has_arcs: bool = True) -> list[Shape]:
     """Return the shape of each path: its form, or the data of its outline."""
     if scene.forms is None:
-        return list(map(path_shape, path_data(scene, precision)))
+        return list(map(path_shape, path_data(scene, precision, has_arcs)))
     shapes = form_shapes(scene.forms, precision)
     outlines = (~scene.forms.is_form).nonzero().flatten()
-    data = path_data(scene.select(outlines), precision)
+    data = path_data(scene.select(outlines), precision, has_arcs)
     shapes |= {path: path_shape(each) for path, each in zip(outlines.tolist(), data, strict=True)}
     return [shapes[path] for path in range(len(scene))]
 
@@ -194,8 +220,8 @@ def path_shape(data: str) -> Shape:
     return Shape("path", f' d="{data}"')
 
 
-def path_data(scene: Scene, precision: int) -> list[str]:
-    """Return the ``d`` of each path.
+def path_data(scene: Scene, precision: int, has_arcs: bool = True) -> list[str]:
+    """Return the ``d`` of each path, with arcs or without.
 
     The choice between the two forms depends only on what a reader of the file finds as well, so that a file that is
     read and written again has the same bytes: not on rows of no length, which are left out.
@@ -209,7 +235,7 @@ def path_data(scene: Scene, precision: int) -> list[str]:
     is_open = [False] * structure.loop_count if structure.is_open is None else structure.is_open.tolist()
     spans = zip(pairwise(rows), is_open, strict=True)
     parts = [Loop(ticks[start:stop], is_line[start:stop], opened) for (start, stop), opened in spans]
-    return [format_path(parts[start:stop], precision) for start, stop in pairwise(loops)]
+    return [format_path(parts[start:stop], precision, has_arcs) for start, stop in pairwise(loops)]
 
 
 def closes_by_lines(scene: Scene) -> NDArray[np.bool_] | None:
@@ -232,30 +258,31 @@ def _line_rows(scene: Scene) -> NDArray[np.bool_]:
     return np.zeros(len(scene.segments), np.bool_) if is_line is None else is_line.numpy()
 
 
-def paints_of(scene: Scene, *, short_ids: bool = False) -> tuple[list[str], list[str], list[str]]:
+def _paints_of(scene: Scene, opacity: list[int], short_ids: bool) -> tuple[list[str], list[str], list[str]]:
     """Return the ``fill`` of each path, the attribute that blurs it, and the lines of the definitions of both.
 
-    Equal gradients are one, and so are equal blurs. An id follows from the text of the gradient or blur, so
-    that two files on one page have the same id only for the same text. With ``short_ids``, ids are as short as can be.
+    ``opacity`` in ticks is that which the stops of a path's gradient state beside their own. Equal gradients are one,
+    and so are equal blurs. An id follows from the text of the gradient or blur, so that two files on one page have the
+    same id only for the same text. With ``short_ids``, ids are as short as can be.
     """
 
     def blur_name(text: str, taken: list[str]) -> str:
         return f"b{len(taken) + 1}" if short_ids else _content_id(text, taken, "b")
 
-    fills, gradients = _fills_of(scene, short_ids)
+    fills, gradients = _fills_of(scene, opacity, short_ids)
     blurs, filters = blurs_of(scene, blur_name)
     lines = [*gradients, *filters]
     return fills, blurs, ["<defs>", *lines, "</defs>"] if lines else []
 
 
-def _fills_of(scene: Scene, short_ids: bool) -> tuple[list[str], list[str]]:
+def _fills_of(scene: Scene, opacity: list[int], short_ids: bool) -> tuple[list[str], list[str]]:
     """Return the ``fill`` of each path, and the gradients."""
     fills = hex_colors(scene.color)
     if scene.gradients is None:
         return fills, []
     gradients, names = scene.gradients, dict[str, str]()
     places = ticks_of(gradients.whole_geometry, 10**GRADIENT_DECIMALS).tolist()
-    stops = _stop_lists(scene.color, gradients)
+    stops = _stop_lists(scene.color, gradients, opacity)
     for row, kind in enumerate(gradients.kind.tolist()):
         if kind != FLAT:
             text = _gradient(kind, places[row], stops[row])
@@ -271,12 +298,16 @@ def _content_id(text: str, taken: Collection[str], letter: str = "g") -> str:
     return next(name for count in range(6, len(digits)) if (name := letter + digits[:count]) not in taken)
 
 
-def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:
-    """Return the elements of the stops of each path, whose first ones have the ``color`` [N, 3]."""
+def _stop_lists(color: Tensor, gradients: Gradients, opacity_of_path: list[int]) -> list[str]:
+    """Return the elements of the stops of each path, whose first ones have the ``color`` [N, 3].
+
+    Their opacity is multiplied by ``opacity_of_path``, in ticks.
+    """
     stops, count = gradients.all_stops(), len(color)
     colors = hex_colors(stops.colors(color, gradients.end_color).reshape(-1, 3))
     offsets = ticks_of(stops.shown_offsets(), 10**OFFSET_DECIMALS).tolist()
-    opacity = ticks_of(stops.opacity, 10**STOP_OPACITY_DECIMALS).tolist()
+    factor = torch.tensor(opacity_of_path, dtype=torch.float64)[:, None] / OPAQUE
+    opacity = ticks_of(factor * stops.opacity, 10**STOP_OPACITY_DECIMALS).tolist()
     shades = [colors[start : start + STOPS_MAX] for start in range(0, count * STOPS_MAX, STOPS_MAX)]
     lists = zip(stops.count.tolist(), offsets, shades, opacity, strict=True)
     return ["".join(map(_stop, *(each[:number] for each in (a, b, c)))) for number, a, b, c in lists]
@@ -284,10 +315,9 @@ def _stop_lists(color: Tensor, gradients: Gradients) -> list[str]:
 
 def _stop(offset: int, color: str, opacity: int) -> str:
     """Return the element of a stop, whose offset and opacity are in ticks."""
-    place = f' offset="{format_number(offset, OFFSET_DECIMALS)}"' if offset else ""
     is_opaque = opacity == 10**STOP_OPACITY_DECIMALS
     shown = "" if is_opaque else f' stop-opacity="{format_number(opacity, STOP_OPACITY_DECIMALS)}"'
-    return f'<stop{place} stop-color="{color}"{shown}/>'
+    return f'<stop offset="{format_number(offset, OFFSET_DECIMALS)}" stop-color="{color}"{shown}/>'
 
 
 def _gradient(kind: int, geometry: list[int], stops: str) -> str:

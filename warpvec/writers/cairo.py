@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 from warpvec.errors import InputError
+from warpvec.purposes.table import PRINT
 from warpvec.sandbox.run import SandboxError, run_in_sandbox
 from warpvec.writers.writer import Target, Writer
 
@@ -35,6 +36,16 @@ def load(path: str, name: str) -> ModuleType:
     return module
 
 
+def _with_rings(svg: str) -> str:
+    """Return a drawing of warpvec without blur, which CairoSVG does not know; other texts as they are."""
+    if "<feGaussianBlur" not in svg:
+        return svg
+    from warpvec.purposes.texts import text_for  # not above: they load Torch, which the help does without
+    from warpvec.svg.read import read_svg
+
+    return svg if read_svg(svg).precision is None else text_for(svg, PRINT).text
+
+
 def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
     """Return the writer of files with this ``suffix``.
 
@@ -44,10 +55,11 @@ def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
     def encode(svg: str, target: Target) -> bytes:
         del target
         load(f"drawing{suffix}", "path")
+        svg = _with_rings(svg)
         try:
             return run_in_sandbox("warpvec.writers.cairo_work", svg.encode(), files, method=method)
         except SandboxError as error:
             rule = f"must be one that CairoSVG can write as {suffix}"
             raise InputError("SVG", rule, f"an error ({error})", "save it as SVG") from None
 
-    return Writer(suffix, media_type, encode, load, draws_blur=False)
+    return Writer(suffix, media_type, encode, load, purpose="print")

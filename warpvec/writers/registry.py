@@ -7,10 +7,11 @@ from importlib import import_module
 from pathlib import Path
 
 from warpvec.errors import InputError
+from warpvec.purposes.table import PURPOSES
 from warpvec.writers import svg, svgz
 from warpvec.writers.writer import DEFAULT_TARGET, Target, Writer
 
-_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf", "geojson", "kicad_mod", "jsx")
+_FILES = ("svg", "svgz", "png", "pdf", "eps", "dxf", "geojson", "kicad_mod", "jsx", "xml")
 """Modules of this folder with a `WRITER`, in the order of messages."""
 
 _FOUND: list[Writer] = [import_module(f"warpvec.writers.{name}").WRITER for name in _FILES]
@@ -30,9 +31,11 @@ def writer_of(path: str | os.PathLike[str]) -> Writer:
     return WRITERS.get(Path(path).suffix.lower(), svg.WRITER)
 
 
-def usual_settings(path: str | os.PathLike[str]) -> dict[str, str]:
+def usual_settings(path: str | os.PathLike[str], purpose: str | None = None) -> dict[str, str]:
     """Return the settings, by name, that suit a drawing that becomes the file ``path``, unless others are given."""
-    return {} if writer_of(path).draws_blur else {"soft": "0"}
+    writer = writer_of(path)
+    draws_blur = writer.draws_blur and PURPOSES[purpose or writer.purpose].has_shades
+    return {} if draws_blur else {"soft": "0"}
 
 
 def check_suffix(path: str | os.PathLike[str], name: str) -> None:

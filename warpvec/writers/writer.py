@@ -55,7 +55,8 @@ class Writer:
         check: raises InputError if a package or library that the writer needs is missing. It gets the path of the file
             and its name in messages.
         draws_blur: whether the file shows the blur of soft paths. Others draw them sharp, which looks worse than paths
-            that are sharp in the drawing: CairoSVG does not know the filter, and a knife cuts no blur.
+            that are sharp in the drawing: a knife cuts no blur.
+        purpose: what such a file is for, a key of `warpvec.purposes.table.PURPOSES`.
     """
 
     suffix: str
@@ -63,6 +64,7 @@ class Writer:
     encode: Callable[[str, Target], bytes]
     check: Callable[[str, str], object] = lambda path, name: None
     draws_blur: bool = True
+    purpose: str = "web"
 
 
 def check_package(package: str, path: str, name: str) -> None:

@@ -21,7 +21,7 @@ from warpvec.config.presets import PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable
 from warpvec.goals.goal import refuse_states
-from warpvec.writers.registry import usual_settings
+from warpvec.writers.registry import usual_settings, writer_of
 
 if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
@@ -69,7 +69,9 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
         run_placeholder(ctx, source, out, options)
         return
     gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
-    usual = {name: value for name, value in usual_settings(out).items() if options[name] is None}
+    options["purpose"] = options["purpose"] or writer_of(out).purpose
+    usual = usual_settings(out, options["purpose"])
+    usual = {name: value for name, value in usual.items() if options[name] is None}
     config, goal = requested({**options, **usual, "gzip": gzip})
     _check_outputs(out, options, goal)
     check_cutting(options)

@@ -12,11 +12,14 @@ from torch import Tensor
 
 from warpvec.geometry.paints.kind import RAMP_EXTENT_MIN, Geometry, GradientKind, Reals
 
-BREADTH_DECIMALS = 1
-"""Decimals of the radius across the axis that a file's matrix tells."""
+FILE_DECIMALS = 1
+"""Decimals of the centre, the axis and the radius across it that a file tells."""
 
-_MATRIX_DECIMALS = 4
-"""Decimals of the vector across the axis: its length then has ``BREADTH_DECIMALS`` without doubt."""
+_DIGITS = 4
+"""Digits of a matrix beyond those of the largest number that it multiplies, so that places are within ``_ERROR``."""
+
+_ERROR, _ERROR_SHARE = 0.002, 1e-9
+"""Distance, and share of a place, by which a matrix may differ from the numbers that it tells."""
 
 _NUMBER = r"(-?(?:\d+(?:\.\d+)?|\.\d+))"
 _MATRIX = re.compile(rf"matrix\({' '.join([_NUMBER] * 6)}\)", re.ASCII)
@@ -28,7 +31,8 @@ _SHARE_MIN = 1e-9
 class Elliptic(GradientKind):
     """A gradient from the centre cx, cy to an ellipse about it: the axis ax, ay to its end, and the radius b across.
 
-    An SVG states it as a circle of radius 1 about 0, 0, and the matrix that makes the ellipse of it.
+    An SVG states it as the circle about the centre through the end of the axis, and the matrix that makes the ellipse
+    of it: programs that ignore the matrix show this circle. Files of before have a circle of radius 1 about 0, 0.
     """
 
     name, element, sides = "elliptic", "radialGradient", ("cx", "cy", "r", "gradientTransform")
@@ -103,22 +107,30 @@ class Elliptic(GradientKind):
         return cx, cy, ax * end, ay * end, b * end
 
     def attributes(self, numbers: Sequence[str]) -> dict[str, str]:
-        """Return the attributes of a unit circle and its matrix."""
-        ax, ay, b = (float(text) for text in numbers[2:])
-        stretch = b / max(math.hypot(ax, ay), RAMP_EXTENT_MIN)
-        across = " ".join(_text(value) for value in (-ay * stretch, ax * stretch))
-        matrix = f"matrix({numbers[2]} {numbers[3]} {across} {numbers[0]} {numbers[1]})"
-        return {"cx": "0", "cy": "0", "r": "1", "gradientTransform": matrix}
+        """Return the attributes of a circle and its matrix."""
+        cx, cy, ax, ay, b = (float(text) for text in numbers)
+        length = max(math.hypot(ax, ay), RAMP_EXTENT_MIN)
+        radius = max(round(length, FILE_DECIMALS), 10.0**-FILE_DECIMALS)
+        columns = [part / radius for part in (ax, ay, -ay * b / length, ax * b / length)]
+        moved = [cx - columns[0] * cx - columns[2] * cy, cy - columns[1] * cx - columns[3] * cy]
+        decimals = _DIGITS + math.ceil(math.log10(max(abs(cx), abs(cy), radius, 1.0)))
+        matrix = " ".join([*(_text(part, decimals) for part in columns), *(_text(part, _DIGITS) for part in moved)])
+        circle = dict(zip(self.sides, [*numbers[:2], _text(radius, FILE_DECIMALS)], strict=False))
+        return circle | {"gradientTransform": f"matrix({matrix})"}
 
     def numbers(self, attributes: Mapping[str, str]) -> list[str]:
         """Return the numbers of a geometry, as texts, from its `attributes`; none if these are not of this form."""
         match = _MATRIX.fullmatch(attributes["gradientTransform"])
-        if match is None:
+        circle = [attributes[side] for side in self.sides[:3]]
+        if match is None or not all(re.fullmatch(_NUMBER, text, re.ASCII) for text in circle):
             return []
-        ax, ay, across_x, across_y, cx, cy = match.groups()
-        breadth = math.hypot(float(across_x), float(across_y))
-        found = [cx, cy, ax, ay, _text(breadth, BREADTH_DECIMALS)]
-        return found if self.attributes(found) == dict(attributes) else []
+        (a, b, c, d, e, f), (x, y, r) = map(float, match.groups()), map(float, circle)
+        stated = [a * x + c * y + e, b * x + d * y + f, r * a, r * b, r * c, r * d]
+        found = [_text(value, FILE_DECIMALS) for value in (*stated[:4], math.hypot(*stated[4:]))]
+        cx, cy, ax, ay, breadth = map(float, found)
+        stretch = breadth / max(math.hypot(ax, ay), RAMP_EXTENT_MIN)
+        exact = [cx, cy, ax, ay, -ay * stretch, ax * stretch]
+        return found if np.allclose(stated, exact, _ERROR_SHARE, _ERROR) else []
 
     @staticmethod
     def _place(geometry: Reals, x: Reals, y: Reals) -> tuple[Reals, Reals]:
@@ -129,7 +141,11 @@ class Elliptic(GradientKind):
         return ((x - cx) * ex + (y - cy) * ey) / a, ((y - cy) * ex - (x - cx) * ey) / np.maximum(b, RAMP_EXTENT_MIN)
 
 
-def _text(value: float, decimals: int = _MATRIX_DECIMALS) -> str:
+def _is_number(text: str) -> bool:
+    return re.fullmatch(_NUMBER, text, re.ASCII) is not None
+
+
+def _text(value: float, decimals: int = _DIGITS) -> str:
     """Return the shortest text of a number with so many decimals."""
     text = f"{value:.{decimals}f}".rstrip("0").rstrip(".")
     text = text.removeprefix("0") if text.startswith("0.") else text.replace("-0.", "-.", 1)

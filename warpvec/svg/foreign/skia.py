@@ -120,6 +120,14 @@ class Combiner:
 
         return self._combined(subtract, one, two)
 
+    def together(self, one: list[Loop], two: list[Loop]) -> list[Loop] | None:
+        """Return what two shapes cover together, both under the non-zero rule; None if Skia cannot tell."""
+
+        def unite(skia: ModuleType, first: Any, second: Any) -> Any:
+            return skia.op(first, second, skia.PathOp.UNION, fix_winding=True)
+
+        return self._combined(unite, one, two)
+
     def _combined(self, combine: Callable[..., Any], *shapes: list[Loop]) -> list[Loop] | None:
         loops = [loop for shape in shapes for loop in shape]
         if self.skia is None or not loops:

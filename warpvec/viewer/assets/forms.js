@@ -48,10 +48,9 @@ export function shapeOfForm(form) {
 
 /** Returns the attributes of an element that states numbers only, and turns about a point at most; else null. */
 function textAsRead(element, own) {
-  const sides = [...new Set([...SIDES[element.localName], "rx"])].filter((side) => element.hasAttribute(side));
+  const sides = [...new Set([...SIDES[element.localName], "rx", "ry"])].filter((side) => element.hasAttribute(side));
   const isPlain = sides.every((side) => /^-?[\d.]+$/.test(element.getAttribute(side)));
-  const isOwn = isPlain && element.hasAttribute("ry") === (element.localName === "ellipse");
-  if (own === null || !isOwn || !/^(rotate\([-\d. ]+\))?$/.test(own)) return null;
+  if (own === null || !isPlain || !/^(rotate\([-\d. ]+\))?$/.test(own)) return null;
   const text = sides.map((side) => ` ${side}="${element.getAttribute(side)}"`).join("");
   return own ? `${text} transform="${own}"` : text;
 }
@@ -98,7 +97,8 @@ export function writeForm(form, decimals) {
   const values = element === "rect" ? [at(x - first / 2), at(y - second / 2), ...sizes] : [at(x), at(y), ...sizes];
   const sides = SIDES[element].map((side, i) => ` ${side}="${formatNumber(values[i], decimals)}"`).join("");
   const radius = Math.min(at(corner), Math.floor(Math.min(...sizes) / 2 / step + 1e-6) * step);
-  const round = element === "rect" && radius > 0 ? ` rx="${formatNumber(radius, decimals)}"` : "";
+  const rounded = formatNumber(radius, decimals);
+  const round = element === "rect" && radius > 0 ? ` rx="${rounded}" ry="${rounded}"` : "";
   const degrees = formatNumber(angle, 3);
   if (degrees === "0") return sides + round;
   const center = element === "rect" ? [values[0] + sizes[0] / 2, values[1] + sizes[1] / 2] : values;

@@ -177,17 +177,42 @@ function contentNames(text) {
   return [name, ...Array.from({ length: NAMES_TRIED }, (_, i) => `${name}-${i + 2}`)];
 }
 
-function writeGradient({ kind, numbers, matrix, spread, stops }, decimals) {
+/** Returns an item whose gradients state its opacity by their stops: some programs ignore that beside a gradient. */
+export function withOpacityInStops(item) {
+  const { fill, stroke, opacity } = item;
+  const paints = [fill, stroke?.color].filter(Boolean);
+  if (opacity === 1 || !paints.length || !paints.every(isGradient)) return item;
+  return { ...item, fill: faded(fill, opacity), stroke: stroke && { ...stroke, color: faded(stroke.color, opacity) }, opacity: 1 };
+}
+
+function faded(paint, opacity) {
+  return paint && { ...paint, stops: paint.stops.map((stop) => ({ ...stop, opacity: stop.opacity * opacity })) };
+}
+
+/** Returns a radial gradient with a matrix about its own centre: programs that ignore the matrix show it in its place. */
+function aboutCenter(paint) {
+  const { numbers, matrix } = paint;
+  const [a, b, c, d] = matrix ?? [];
+  const isCentered = numbers[3] === numbers[0] && numbers[4] === numbers[1];
+  const [x, y] = matrix && isCentered ? transformPoint(matrix, numbers[0], numbers[1]) : numbers;
+  const radius = numbers[2] * Math.hypot(a, b);
+  if (!(radius > 0) || Math.hypot(x - numbers[0], y - numbers[1]) < 1e-3) return paint;
+  const columns = [a, b, c, d].map((value) => (value * numbers[2]) / radius);
+  const moved = [x - columns[0] * x - columns[2] * y, y - columns[1] * x - columns[3] * y];
+  return { ...paint, numbers: [x, y, radius, x, y], matrix: [...columns, ...moved] };
+}
+
+function writeGradient(paint, decimals) {
+  const { kind, numbers, matrix, spread, stops } = aboutCenter(paint);
   const element = `${kind}Gradient`;
   const isCentered = kind === "radial" && numbers[3] === numbers[0] && numbers[4] === numbers[1];
   const sides = GRADIENT_SIDES[kind].slice(0, isCentered ? 3 : undefined);
   const attributes = ['gradientUnits="userSpaceOnUse"', ...sides.map((name, i) => `${name}="${formatNumber(numbers[i], decimals)}"`)];
-  if (matrix) attributes.push(`gradientTransform="matrix(${matrix.map((value) => formatNumber(value)).join(" ")})"`);
+  if (matrix) attributes.push(`gradientTransform="matrix(${matrix.map((value) => formatNumber(value, 9)).join(" ")})"`);
   if (["reflect", "repeat"].includes(spread)) attributes.push(`spreadMethod="${spread}"`);
   return `<${element} ${attributes.join(" ")}>${stops.map(writeStop).join("")}</${element}>`;
 }
 
 function writeStop({ offset, color, opacity }) {
-  const place = offset ? `offset="${formatNumber(offset, 4)}" ` : "";
-  return `<stop ${place}stop-color="${shortColor(color)}"${writeOpacity("stop-opacity", opacity)}/>`;
+  return `<stop offset="${formatNumber(offset, 4)}" stop-color="${shortColor(color)}"${writeOpacity("stop-opacity", opacity)}/>`;
 }

@@ -251,8 +251,19 @@ export function newLayer(group, index) {
   const id = group?.id || "";
   const generation = Number(id.match(LAYER_ID)?.[1] ?? index);
   const label = group?.getAttribute("label") || group?.getAttribute("inkscape:label") || id;
-  const name = LAYER_ID.test(id) ? `Pass ${generation + 1}` : label || `Layer ${index + 1}`;
+  const name = LAYER_ID.test(id) ? `Pass ${generation + 1}` : withoutNumber(label, id, index + 1) || `Layer ${index + 1}`;
   return { key: index, id, name, generation, items: [], version: nextVersion(), visible: true };
+}
+
+/** Returns a label without the number that save.js writes before the name; one that belongs to the name stays. */
+function withoutNumber(label, id, number) {
+  const [, first, name] = label.match(/^(\d+) (.+)$/s) ?? [];
+  return name && (Number(first) === number || idOf(name) === id) ? name : label;
+}
+
+/** Returns the id of a layer called `name`, as warpvec writes it. */
+function idOf(name) {
+  return name.replace(/[^a-zA-Z0-9]+/g, "-").replace(/^-+|-+$/g, "");
 }
 
 function merged(layers) {

@@ -3,7 +3,7 @@
 import { nameBlurs } from "viewer/blurs.js";
 import { shortColor, writeOpacity } from "viewer/colors.js";
 import { writeForm } from "viewer/forms.js";
-import { isGradient, nameGradients } from "viewer/gradients.js";
+import { isGradient, nameGradients, withOpacityInStops } from "viewer/gradients.js";
 import { formatNumber, writeShape } from "viewer/paths.js";
 import { LAYER_ID, PLAIN_STROKE } from "viewer/read.js";
 
@@ -14,7 +14,9 @@ const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 export function writeDrawing(drawing) {
   const decimals = decimalsFor(drawing.box);
   const [x, y, width, height] = drawing.box.map((value) => formatNumber(value));
-  const layers = drawing.layers.filter((layer) => layer.items.length);
+  const layers = drawing.layers
+    .filter((layer) => layer.items.length)
+    .map((layer) => ({ ...layer, items: layer.items.map(withOpacityInStops) }));
   const items = layers.flatMap((layer) => layer.items);
   const ids = layers.map(({ id }) => id);
   const gradients = nameGradients(items, ids, decimals);
@@ -54,7 +56,8 @@ function writeBackground({ background }, [x, y, width, height]) {
 function writeLayer(layer, number, decimals, names, blurs) {
   const count = `${layer.items.length} ${layer.items.length === 1 ? "path" : "paths"}`;
   const id = layer.id || `layer-${layer.key + 1}`;
-  const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : layer.name;
+  // Programs of plotters choose a pen by the first number of a label.
+  const label = LAYER_ID.test(id) ? `Layer ${number}: generation ${layer.generation}, ${count}` : `${number} ${layer.name}`;
   return [
     `<g id="${escapeXml(id)}" inkscape:groupmode="layer" inkscape:label="${escapeXml(label)}">`,
     ...layer.items.map((item) => writeItem(item, decimals, names, blurs)),

@@ -1,0 +1,179 @@
+"""Draw a path with a gradient by bands: paths of one colour each, cut along lines of equal colour.
+
+An opaque band reaches a little below the next one, so that no seam shows. Where one colour gets more opaque along the
+gradient, or less, bands lie on each other. Other translucent bands lie side by side.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from warpvec.arrays import Floats
+from warpvec.geometry.bezier import path_boxes
+from warpvec.geometry.loops import Color, Outline, make_scene
+from warpvec.geometry.paints.registry import LINEAR, RADIAL
+from warpvec.geometry.quarter import QUARTER_HANDLE
+from warpvec.geometry.scene import Scene
+from warpvec.purposes.levels import STEP, opacities
+from warpvec.purposes.loops import loops_of, outline_of, polygon
+from warpvec.svg.foreign.color_ramps import elliptic_range, linear_range
+from warpvec.svg.foreign.shapes import Loop
+from warpvec.svg.foreign.skia import Combiner
+
+_SAMPLES = 513
+"""Places along a gradient at which its colours are looked at."""
+
+_SAME = 2.0 / 255.0
+"""Largest difference of a channel within what counts as one colour."""
+
+
+_OVERLAP = 1.0
+"""Units by which an opaque band reaches below the next one: a pixel. More would draw the edge of the shape twice."""
+
+
+class _Ramp(NamedTuple):
+    """The colours along a gradient.
+
+    Attributes:
+        kind, geometry: of the gradient.
+        cuts: values of t between bands, rising.
+        shades: red, green, blue and opacity of each band [cuts + 1, 4].
+    """
+
+    kind: int
+    geometry: Floats
+    cuts: Floats
+    shades: Floats
+
+
+class _Band(NamedTuple):
+    """Where t is from ``low`` to ``high``, None for no limit, in a colour with an opacity."""
+
+    low: float | None
+    high: float | None
+    color: Color
+    opacity: float
+
+
+def bands_of(one: Scene, width: float, height: float, combiner: Combiner) -> Scene:
+    """Return the bands of the filled path with a gradient that ``one`` has, on a canvas of ``width`` x ``height``.
+
+    If its shape cannot be cut, it has one colour.
+    """
+    loops, ramp = loops_of(one), _ramp(one, width, height)
+    outlines: list[Outline] = []
+    for band in _bands(ramp):
+        part = _cut(loops, band, ramp, one, combiner)
+        if part is None:
+            mean = ramp.shades.mean(0)
+            outlines = [outline_of(loops, _color(mean), float(mean[3]), int(one.generation))]
+            break
+        if part and band.opacity > 0.0:
+            outlines.append(outline_of(part, band.color, band.opacity, int(one.generation)))
+    made = make_scene(outlines, None)
+    return Scene(**{**vars(made), "background": one.background, "transparent": one.transparent})
+
+
+def _color(shade: Floats) -> Color:
+    red, green, blue = shade[:3].tolist()
+    return red, green, blue
+
+
+def _ramp(one: Scene, width: float, height: float) -> _Ramp:
+    """Return what the gradient shows on the canvas, in steps of at most ``STEP``."""
+    assert one.gradients is not None
+    paint, stops = one.gradients, one.gradients.all_stops()
+    count, kind = int(stops.count), int(paint.kind)
+    geometry = np.append(paint.geometry[0].double().numpy(), float(stops.breadth))
+    offsets = stops.shown_offsets()[0, :count].double().numpy()
+    colors = stops.colors(one.color, paint.end_color)[0, :count].double().numpy()
+    values = np.column_stack([colors, float(one.opacity) * stops.opacity[0, :count].double().numpy()])
+    if kind == LINEAR:
+        low, high = linear_range(loops_of(one), tuple(geometry[:4].tolist()), (width, height))
+    else:
+        low, high = elliptic_range(loops_of(one), tuple(_axes(kind, geometry)), (width, height))
+    t = np.linspace(max(low, float(offsets[0])), min(high, float(offsets[-1])), _SAMPLES)
+    shades = np.stack([np.interp(t, offsets, channel) for channel in values.T], 1)
+    seen = shades[:, :3] * shades[:, 3:]
+    change = np.abs(np.diff(np.column_stack([seen, shades[:, 3]]), axis=0)).max(1).cumsum()
+    steps = max(1, math.ceil(float(change[-1]) / STEP))
+    places = np.searchsorted(change, change[-1] * np.arange(1, 2 * steps) / (2 * steps)) + 1
+    return _Ramp(kind, geometry, t[places[1::2]], shades[places[::2]])
+
+
+def _axes(kind: int, geometry: Floats) -> Floats:
+    """Return centre, axis and breadth of a round gradient."""
+    if kind != RADIAL:
+        return geometry
+    x, y, radius = geometry[:3].tolist()
+    return np.array([x, y, radius, 0.0, radius])
+
+
+def _bands(ramp: _Ramp) -> list[_Band]:
+    """Return the bands, from bottom to top."""
+    shades, edges = ramp.shades, [None, *ramp.cuts.tolist(), None]
+    opacity, colors = shades[:, 3], [_color(shade) for shade in shades]
+    if (opacity > 1.0 - _SAME).all():
+        below = _OVERLAP / _extent(ramp)
+        highs = [None if high is None else high + below for high in edges[1:]]
+        return [_Band(low, high, color, 1.0) for low, high, color in zip(edges[:-1], highs, colors, strict=True)]
+    is_even = bool(np.ptp(shades[opacity > 0.0, :3], axis=0).max() <= _SAME)
+    if is_even and (np.diff(opacity) >= 0.0).all():
+        rising = opacities(opacity.tolist())
+        return [_Band(low, None, color, each) for low, color, each in zip(edges[:-1], colors, rising, strict=True)]
+    if is_even and (np.diff(opacity) <= 0.0).all():
+        rising = opacities(opacity[::-1].tolist())
+        return [
+            _Band(None, high, color, each) for high, color, each in zip(edges[:0:-1], colors[::-1], rising, strict=True)
+        ]
+    return [_Band(*each) for each in zip(edges[:-1], edges[1:], colors, opacity.tolist(), strict=True)]
+
+
+def _extent(ramp: _Ramp) -> float:
+    """Return the least distance in units over which t grows by 1."""
+    if ramp.kind == LINEAR:
+        return float(np.hypot(*(ramp.geometry[2:4] - ramp.geometry[:2])))
+    _, _, ax, ay, breadth = _axes(ramp.kind, ramp.geometry).tolist()
+    return min(math.hypot(ax, ay), breadth)
+
+
+def _cut(loops: list[Loop], band: _Band, ramp: _Ramp, one: Scene, combiner: Combiner) -> list[Loop] | None:
+    """Return the part of a shape where t is that of a band; None if it cannot be told."""
+    found: list[Loop] | None = loops
+    if band.low is not None and found:
+        found = combiner.without(found, [_up_to(band.low, ramp, one)])
+    if band.high is not None and found:
+        found = combiner.common(found, [_up_to(band.high, ramp, one)])
+    return found
+
+
+def _up_to(share: float, ramp: _Ramp, one: Scene) -> Loop:
+    """Return the outline of the places around the shape whose t is at most ``share``."""
+    if ramp.kind != LINEAR:
+        x, y, ax, ay, breadth = _axes(ramp.kind, ramp.geometry).tolist()
+        along = share * np.array([ax, ay])
+        across = share * breadth / max(math.hypot(ax, ay), 1e-9) * np.array([-ay, ax])
+        return _ellipse(np.array([x, y]), along, across)
+    start, along = ramp.geometry[:2], ramp.geometry[2:4] - ramp.geometry[:2]
+    left, top, right, bottom = path_boxes(one).double()[0].tolist()
+    reach = 2.0 * (abs(right - left) + abs(bottom - top)) + 1.0
+    unit = along / np.hypot(*along)
+    middle = np.array([left + right, top + bottom]) / 2.0
+    sideways = np.array([-unit[1], unit[0]])
+    edge = middle + unit * (unit @ (start + share * along - middle))
+    corners = np.stack([edge - reach * sideways, edge + reach * sideways])
+    corners = np.concatenate([corners, corners[::-1] - reach * unit])
+    return polygon(corners)
+
+
+def _ellipse(center: Floats, along: Floats, across: Floats) -> Loop:
+    """Return the ellipse about a centre with these half axes."""
+    ends = [along, across, -along, -across]
+    rows = [
+        np.stack([center + a, center + a + QUARTER_HANDLE * b, center + b + QUARTER_HANDLE * a])
+        for a, b in zip(ends, [*ends[1:], ends[0]], strict=True)
+    ]
+    return Loop(np.concatenate(rows), np.zeros(4, np.bool_))
