@@ -130,8 +130,8 @@ class Result:
         the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters,
         and ``.jsx`` is a React component.
 
-        ``.pdf`` and ``.eps`` have rings of sharp paths in place of a soft path. ``.dxf`` has no blur: a warning says how
-        many soft paths it draws sharp. A drawing that was made with ``soft=0`` has none.
+        ``.pdf`` and ``.eps`` have rings of sharp paths in place of a soft path. ``.dxf`` has no blur: a warning says
+        how many soft paths it draws sharp. A drawing that was made with ``soft=0`` has none.
 
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.

@@ -44,6 +44,8 @@ RUNS = {
     "the icon gate": (["gate", "FAMILIES", "--size", "32", "--json", "OUT/gate.json"], "| auto | logos | 1 |"),
     "lines": (["lines", "--icons", "STROKES", "--count", "1", "--methods", "warpvec"], "| warpvec | 1 |"),
     "what is hidden": (["hidden", "LOGOS", "--size", "64"], "| logo |"),
+    "cliffs": (["cliffs", "--sides", "24:25", "--damage", "png"], "of 5 pairs jump"),
+    "the price of drawings": (["price", "LOGOS", "--size", "64"], "of 1"),
     "cutting": (["cutout", "LOGOS", "--size", "64"], "| logo |"),
     "placeholders": (["placeholder", "PHOTOS", "--limit", "1"], "warpvec"),
     "quality over bytes": (

@@ -7,7 +7,9 @@ import re
 
 import pytest
 
-shapely = pytest.importorskip("shapely")
+pytest.importorskip("shapely")
+
+import shapely
 
 from warpvec.writers.registry import encode
 from warpvec.writers.writer import Target

@@ -15,7 +15,7 @@ from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 
 FLAT = 0.0005
-"""Largest distance in pixels of a curve from its chord that counts as straight: half of what outlines are checked to."""
+"""Largest distance in pixels of a curve from its chord that counts as straight: half of what outlines may be off."""
 
 FIRST_PARTS = 4
 """Parts of a curve that are compared first: their boxes overlap far less often than those of whole curves."""

@@ -31,7 +31,9 @@ def test_lines_keep_their_colours_and_are_one_stroke_each(shapes: str, count: in
 
 
 def test_pens_come_in_painting_order() -> None:
-    pens = find_pens(picture('<g stroke-width="6"><path stroke="#00c" d="M10 64H118"/><path stroke="#c00" d="M64 10V118"/></g>'))
+    pens = find_pens(
+        picture('<g stroke-width="6"><path stroke="#00c" d="M10 64H118"/><path stroke="#c00" d="M64 10V118"/></g>')
+    )
     assert [int(pen.color.argmax()) for pen in pens] == [2, 0]
     assert pens[0].coverage[64, 10:118].min() > 0.9  # below the other one, too
 

@@ -32,7 +32,7 @@ ROUNDS_MAX = 8
 
 
 class _Loop(NamedTuple):
-    """A closed loop: its curves [k, 4, 2] in ticks, which of them are lines [k], and the curves that they follow [k]."""
+    """A closed loop: its curves [k, 4, 2] in ticks, which are lines [k], and the curves that they follow [k]."""
 
     cubics: Floats
     is_line: Mask
@@ -204,7 +204,9 @@ class _Outlines:
         cut = between(self._cubics[source[bends]], first[starts[bends]], last[stops[bends]])
         cubics[bends, 1] = np.rint(cut[:, 1] + start[bends] - cut[:, 0])
         cubics[bends, 2] = np.rint(cut[:, 2] + end[bends] - cut[:, 3])
-        return _Loop(cubics, is_line, source) if self._turn > 0 else _Loop(cubics[::-1, ::-1], is_line[::-1], source[::-1])
+        return (
+            _Loop(cubics, is_line, source) if self._turn > 0 else _Loop(cubics[::-1, ::-1], is_line[::-1], source[::-1])
+        )
 
 
 def _around(mapped: PlanarMap, rest: Chords) -> Integers:

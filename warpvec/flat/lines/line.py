@@ -67,7 +67,8 @@ def scene_of(paths: list[list[DrawnLine]]) -> Scene:
     join = torch.full((count,), ROUND, dtype=torch.int32)
     return Scene(
         straightened(torch.from_numpy(control).float(), structure), structure,
-        color=torch.tensor([path[0].color for path in paths]).reshape(count, 3), opacity=torch.ones(count), background=torch.zeros(3),
+        color=torch.tensor([path[0].color for path in paths]).reshape(count, 3),
+        opacity=torch.ones(count), background=torch.zeros(3),
         generation=torch.zeros(count, dtype=torch.int64), transparent=True,
         strokes=Strokes(width, cap, join, torch.full_like(width, MITER_LIMIT)),
     )  # fmt: skip

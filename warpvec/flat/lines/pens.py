@@ -80,9 +80,9 @@ def _colors(pixels: Floats, paper: Floats, strength: Floats) -> Floats:
         often = left & (keys == np.bincount(keys[left]).argmax())
         color = np.median(flat[often], 0)
         near = left & (np.linalg.norm(to_oklab(flat) - to_oklab(color[None]), axis=1) <= LINES.pen_distance)
-        if near.sum() >= LINES.pen_pixels and (is_even[near].mean() >= LINES.even_share or len(found) < 1):
-            found.append(color)
-        elif near.sum() >= LINES.pen_pixels and not _is_thinner(color, paper, found):
+        if (near.sum() >= LINES.pen_pixels and (is_even[near].mean() >= LINES.even_share or len(found) < 1)) or (
+            near.sum() >= LINES.pen_pixels and not _is_thinner(color, paper, found)
+        ):
             found.append(color)
         left &= ~(near | often)
     # What is found before a stronger colour may still be its thin lines.
@@ -119,9 +119,7 @@ def _shares(pixels: Floats, paper: Floats, colors: Floats) -> tuple[Integers, Fl
     return owner, share, best
 
 
-def _without_mixtures(
-    owner: Integers, share: Floats, off: Floats, is_ink: Mask, count: int
-) -> tuple[Integers, Floats]:
+def _without_mixtures(owner: Integers, share: Floats, off: Floats, is_ink: Mask, count: int) -> tuple[Integers, Floats]:
     """Return pens and shares with the nearest pen where two pens mix to the colour of a third.
 
     A part of a pen has a pixel of its colour, unless it is thin and lies alone on the paper.
@@ -153,7 +151,9 @@ def _below_others(k: int, own: list[Floats]) -> Floats:
     reach = int(np.ceil(2.0 * np.quantile(middles, 0.9))) + 1
     rows, columns = np.indices((2 * reach + 1, 2 * reach + 1)) - reach
     disk = np.hypot(rows, columns) <= reach
-    closed = ndimage.grey_closing(np.pad(own[k], reach + 1), footprint=disk)[reach + 1 : -reach - 1, reach + 1 : -reach - 1]
+    closed = ndimage.grey_closing(np.pad(own[k], reach + 1), footprint=disk)[
+        reach + 1 : -reach - 1, reach + 1 : -reach - 1
+    ]
     hidden = ndimage.maximum_filter(others, 3) > 0.0
     return np.where(hidden, np.maximum(own[k], closed), own[k])
 
