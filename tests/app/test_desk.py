@@ -236,7 +236,7 @@ def test_wrong_requests_are_refused_in_one_line(server: Server, request_: dict[s
 def test_a_broken_picture_is_refused_at_once(server: Server) -> None:
     answer = server.post("pictures?page=a&name=x", b"GIF89a broken")
     assert answer.status_code == 422
-    assert "must be a complete PNG, JPEG" in answer.text
+    assert "must be a complete image, such as PNG, JPEG" in answer.text
     assert server.desk.pictures == {}
 
 

@@ -59,7 +59,7 @@ def test_the_help_of_batch_shows_the_option_that_its_error_names() -> None:
 
 def test_the_help_of_refine_shows_the_defaults_of_refine() -> None:
     text = " ".join(invoke("refine", "--help").stdout.split())
-    assert "the most. [those of the drawing]" in text
+    assert "auto chooses. [those of the drawing]" in text
     assert f"more give a better picture. [{ITERATIONS}]" in text
     assert "[512]" not in text
     assert "[512]" in invoke("run", "--help").stdout

@@ -261,7 +261,10 @@ def test_options_reach_the_fit_and_the_preset_decides_the_rest(
         (["--growth", "1.00001"], ["--growth must be 1 or at least 1.01", "got 1.00001"]),
         (["--save-frames", ""], ["--save-frames must be a folder", "got ''", "choose another"]),
         (["--radius-decay", "nan"], ["--radius-decay must", "nan"]),
-        (["--preset", "fast"], ["--preset must be one of draft, default, best, paper, bezier-splatting", "fast"]),
+        (
+            ["--preset", "fast"],
+            ["--preset must be one of draft, default, best, paper, paper-released, bezier-splatting", "fast"],
+        ),
         (["--renderer", "splatt"], ["--renderer must be one of exact, splat, got 'splatt'; did you mean splat?"]),
         (["--preset", "paper", "--renderer", "exact"], ["--path-model must be segments with", "exact", "'sides'"]),
         (["--degree", "13"], ["--degree must be a whole number from 2 to 12", "got 13"]),

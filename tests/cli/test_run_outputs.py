@@ -50,7 +50,7 @@ def _report(image: Path, *options: object, out: str = "out.svg") -> tuple[dict[s
 
 
 def test_the_page_compares_with_what_was_fitted(logo: Path) -> None:
-    found, page = _report(logo, "--background", "#00f", out="my drawing.svg")
+    found, page = _report(logo, "--background", "#00f", "--mode", "flat", out="my drawing.svg")
     assert abs(page["figures"]["psnr"] - found["psnr"]) < 1e-6
     assert page["name"] == "my drawing"
     page_file = logo.with_name("again.html")

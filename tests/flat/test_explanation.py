@@ -12,7 +12,6 @@ from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.evidence.coded import coded_nats
 from warpvec.flat.evidence.evidence import Evidence
 from warpvec.flat.explanation import is_shorter_as_photo, require_shorter, require_shorter_parts
-from warpvec.flat.regions.region_price import regions_nats
 from warpvec.flat.regions.regions import NotFlatArtError, find_regions
 
 Image32 = NDArray[np.float32]
@@ -39,7 +38,7 @@ def test_a_drawing_stays_one_as_jpeg_if_its_steps_are_known(quality: int) -> Non
     assert not is_shorter_as_photo(flat, jpeg)
     regions = find_regions(flat, is_jpeg=True)
     known, unknown = (Evidence.of(flat, each) for each in (jpeg, None))
-    assert regions_nats(regions, known) / coded_nats(known) < 0.5 * regions_nats(regions, unknown) / coded_nats(unknown)
+    assert regions.nats(known) / coded_nats(known) < 0.5 * regions.nats(unknown) / coded_nats(unknown)
 
 
 def test_parts_of_a_large_picture_tell_texture() -> None:
@@ -50,7 +49,7 @@ def test_parts_of_a_large_picture_tell_texture() -> None:
 
 
 def test_noise_that_is_known_is_no_reason_for_a_photo() -> None:
-    flat = levels_of(drawn(200)).astype(np.float64)
+    flat = levels_of(drawn(400)).astype(np.float64)
     noisy = np.rint(flat + np.random.default_rng(0).normal(0.0, 6.0, flat.shape)).clip(0.0, 255.0) / 255.0
     evidence = Evidence.of(noisy.astype(np.float32))
     assert 4.0 < evidence.sigma.max() < 8.0

@@ -17,7 +17,7 @@ from PIL import Image, ImageDraw
 import warpvec
 from warpvec.config.presets import make_config
 from warpvec.errors import InputError
-from warpvec.flat import drawing
+from warpvec.flat import drawing, explanation
 from warpvec.flat.color_layers.layering import color_name
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
@@ -159,6 +159,8 @@ def test_curves_colors_and_palettes_are_bounds(plain: warpvec.Result) -> None:
 def test_a_picture_that_flat_art_cannot_show_is_a_photo(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "FLAT_PSNR_MIN", 90.0)
     assert draw(curves=4).config.mode == "flat"  # few paths were asked for
+    assert draw(strokes="auto").config.mode == "flat"  # its words are fewer than a photo's
+    monkeypatch.setattr(explanation, "PHOTO_OVER_CODER", 0.0)
     result = draw(strokes="auto")
     assert result.config.mode == "photo"
     assert "as flat art it has only" in result.metrics["mode_reason"]

@@ -288,7 +288,7 @@ def test_without_report_the_page_is_opened(files: Path, monkeypatch: pytest.Monk
     [
         (["no.svg"], "SVG must be an SVG file"),
         (["leaf.svg", "--image", "no.png"], "--image must be an image file, got 'no.png'"),
-        (["leaf.svg", "--image", "history.json"], "--image must be a complete PNG"),
+        (["leaf.svg", "--image", "history.json"], "--image must be a complete image"),
         (["leaf.svg", "--history", "no.json"], "--history must be a file"),
         (["leaf.svg", "--history", "photo.png"], "--history must be a JSON file"),
         (["leaf.svg", "--report", "no/page.html"], "--report must be in an existing folder"),

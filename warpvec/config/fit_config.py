@@ -238,7 +238,7 @@ class CoreSettings:
     has the ground of the picture, and black and white art has none."""
 
     curves: int = setting(
-        512, _CURVES, "Number of paths; auto: as many as clearly help. With a goal, and in flat art: the most.",
+        512, _CURVES, "Number of paths, the most in drawings; auto chooses.",
         GOAL, is_daily=True,
         page=slider(
             "Detail", _DETAIL_TOOLTIP, map(round, doublings(16, DETAIL_STEPS)), lambda count: f"{count:,} paths",

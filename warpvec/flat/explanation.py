@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from warpvec.arrays import Floats32
 from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.evidence.coded import coded_nats
 from warpvec.flat.evidence.evidence import Evidence
-from warpvec.flat.regions.region_price import regions_nats
+from warpvec.flat.price import words_of
 from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions
+from warpvec.geometry.scene import Scene
 from warpvec.watch.watch import UNWATCHED, Watch
 
 PHOTO_OVER_CODER = 1.33
@@ -26,7 +28,21 @@ the time that all of it takes. A side is a multiple of 16, as are the blocks of 
 
 def photo_factor(regions: Regions, evidence: Evidence) -> float:
     """Return how many times the nats of a photo the ``regions`` of the picture of ``evidence`` take."""
-    return regions_nats(regions, evidence) / max(PHOTO_OVER_CODER * coded_nats(evidence), 1.0)
+    return regions.nats(evidence) / max(PHOTO_OVER_CODER * coded_nats(evidence), 1.0)
+
+
+def drawing_factor(scene: Scene, shown: NDArray[np.uint8], image: Floats32, jpeg: Jpeg | None) -> float:
+    """Return how many times the nats of a photo a drawing takes.
+
+    Args:
+        scene: the drawing, in pixels of the picture.
+        shown: what it looks like [h, w, 3].
+        image: the picture [h, w, 3], sRGB-encoded in [0, 1].
+        jpeg: what the picture was saved as; None for no JPEG that is known.
+    """
+    evidence = Evidence.of(image, jpeg)
+    nats = words_of(scene).nats(max(shown.shape)) + float(evidence.misfit(shown.astype(np.float64)).sum())
+    return nats / max(PHOTO_OVER_CODER * coded_nats(evidence), 1.0)
 
 
 def is_shorter_as_photo(image: Floats32, jpeg: Jpeg | None) -> bool:
@@ -64,7 +80,7 @@ def require_shorter_parts(image: Floats32, jpeg: Jpeg | None, watch: Watch = UNW
         if watch.is_over():
             return
         evidence = Evidence.of(part, jpeg)
-        stated += regions_nats(find_regions(part, watch=watch, is_jpeg=jpeg is not None), evidence)
+        stated += find_regions(part, watch=watch, is_jpeg=jpeg is not None).nats(evidence)
         coded += coded_nats(evidence)
     _require(stated / max(PHOTO_OVER_CODER * coded, 1.0))
 

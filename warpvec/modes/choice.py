@@ -16,9 +16,11 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
+from warpvec.image.alpha import is_transparent
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import Restoration, shown_at_usual_size
+from warpvec.svg.measure import draw_like
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.condition.condition import Condition
@@ -258,7 +260,7 @@ def color_tolerance(condition: Condition | None) -> int:
 def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None) -> bool:
     """Return whether a drawing of flat art is too far from its picture, although nothing has bounded it.
 
-    It may be far from a poor JPEG, or have thin lines at other places, and its regions still say the picture more
+    It may be far from a poor JPEG, or have thin lines at other places, and it or its regions still say the picture more
     briefly than a photo.
     """
     settings = request.settings
@@ -269,8 +271,13 @@ def _is_too_far(drawing: Drawing, request: Request, condition: Condition | None)
     is_free = settings.mode == "flat" and is_alike and not is_bounded and not is_icon
     if not is_free or drawing.psnr_as_fitted >= FLAT_PSNR_MIN:
         return False
-    from warpvec.flat.explanation import is_shorter_as_photo
+    from warpvec.flat.explanation import drawing_factor, is_shorter_as_photo
 
+    pixels = request.picture.pixels
+    if not is_transparent(pixels):
+        jpeg = None if condition is None else condition.jpeg
+        if drawing_factor(drawing.scene, draw_like(drawing.text, pixels), pixels, jpeg) <= 1.0:
+            return False
     return is_shorter_as_photo(request.picture.reduced, _blocks_of(request, condition))
 
 

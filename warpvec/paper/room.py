@@ -43,7 +43,7 @@ _PAPER: dict[str, Any] = {
 PRESETS = {
     "paper": Preset("Vector Scaffolding as published (splat renderer); slow.", _PAPER),
     "paper-released": Preset(
-        "The same where its authors' code contradicts the paper; slow.",
+        "The same as its authors' code has it; slow.",
         {
             **_PAPER,
             "prune_opacity": RELEASED_PRUNE_OPACITY,

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 @click.pass_context
 def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     """Turn the image IN (PNG, JPEG, WebP, TIFF ...; - for stdin) into OUT: {suffixes}, or - for
-    stdout. Without OUT, photo.png becomes photo.svg. Ctrl-C saves the best result.
+    stdout. Without OUT, photo.png becomes photo.svg.
 
     The mode follows the picture: paths are fitted to photos, and the regions of logos, icons and drawings are outlined.
     A setting that only one mode has selects that mode.

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from warpvec.arrays import Floats32, Integers32, Mask
+from warpvec.arrays import Floats, Floats32, Integers32, Mask
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.evidence.evidence import Evidence
+from warpvec.flat.price import COLOR_NATS, RAMP_NUMBERS, number_nats
 from warpvec.flat.regions.assignment import Assignment, assign
 from warpvec.flat.regions.joint_ramps import with_joint_ramps
 from warpvec.flat.regions.lettering import with_lettering
@@ -20,12 +21,14 @@ from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
 from warpvec.flat.regions.region_growing import NONE
 from warpvec.flat.regions.region_merging import merge_regions
-from warpvec.flat.regions.region_price import regions_nats
 from warpvec.flat.regions.seeding import find_seeds
 from warpvec.flat.regions.specks import SpeckLimits
 from warpvec.flat.regions.thin_parts import add_thin_parts
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.watch.watch import UNWATCHED, Watch
+
+_OUTLINE_NUMBERS = 8
+"""Numbers of the simplest outline of a region, four lines. What more an outline has, its mixed pixels pay for."""
 
 
 class NotFlatArtError(Exception):
@@ -68,6 +71,27 @@ class Regions:
         share = self.share[..., None]
         return share * self.paints.at(self.label, x, y) + (1 - share) * self.paints.at(self.other, x, y)
 
+    def shown(self) -> Floats:
+        """Return the picture that the regions state over white [h, w, 3], in [0, 255]."""
+        mixed = self.mixed().astype(np.float64)
+        return np.asarray(255.0 * (mixed[..., :3] + 1.0 - mixed[..., 3:]))
+
+    def nats(self, evidence: Evidence) -> float:
+        """Return the nats of the regions, and of what they leave of the picture of ``evidence``.
+
+        A region says its outline and its paint. A mixed pixel says its share, to the deviation of the pixels: that
+        takes the more, the farther its two paints are apart.
+        """
+        number, ramp_count = number_nats(max(self.label.shape)), int((self.paints.kind != FLAT).sum())
+        stated = len(self) * (_OUTLINE_NUMBERS * number + COLOR_NATS)
+        stated += ramp_count * (RAMP_NUMBERS * number + COLOR_NATS)
+        y, x = np.nonzero(self.share < 1.0)
+        places = x.astype(np.float32) + np.float32(0.5), y.astype(np.float32) + np.float32(0.5)
+        one, other = (self.paints.at(label[y, x], *places) for label in (self.label, self.other))
+        contrast = 255.0 * np.abs(one - other).max(1, initial=0.0)
+        stated += float(np.log(np.maximum(contrast / evidence.sigma.mean(), 1.0)).sum())
+        return stated + float(evidence.misfit(self.shown()).sum())
+
 
 def find_regions(
     image: Floats32,
@@ -98,7 +122,7 @@ def find_regions(
         return plain
     shaded = _regions_of(image, tolerances, min_area, watch, follows_shading=True)
     evidence = Evidence.of(image)
-    return min(shaded, plain, key=lambda regions: regions_nats(regions, evidence))
+    return min(shaded, plain, key=lambda regions: regions.nats(evidence))
 
 
 def _regions_of(

@@ -258,12 +258,8 @@ export function newLayer(group, index) {
 /** Returns a label without the number that save.js writes before the name; one that belongs to the name stays. */
 function withoutNumber(label, id, number) {
   const [, first, name] = label.match(/^(\d+) (.+)$/s) ?? [];
-  return name && (Number(first) === number || idOf(name) === id) ? name : label;
-}
-
-/** Returns the id of a layer called `name`, as warpvec writes it. */
-function idOf(name) {
-  return name.replace(/[^a-zA-Z0-9]+/g, "-").replace(/^-+|-+$/g, "");
+  const written = name?.replace(/[^a-zA-Z0-9]+/g, "-").replace(/^-+|-+$/g, ""); // the id that warpvec gives the layer
+  return name && (Number(first) === number || written === id) ? name : label;
 }
 
 function merged(layers) {
