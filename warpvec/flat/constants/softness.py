@@ -27,9 +27,37 @@ class SoftnessConstants:
     """Least difference in levels across the edge of a shape that casts a shadow. The bands of a shadow of one level
     each differ by one or two."""
 
-    sharpness: float = 1.6
-    """An edge is sharp if the first two pixels across it change the colour so many times as much as the next two. At a
-    blur of 1 px, which is the softest sharp edge, the ratio from a plateau outwards is 0.7."""
+    sharpness: float = 0.75
+    """An edge is sharp if two pixels across it change the colour by this share of what six do. A blur of 1.5 px leaves
+    half of it there, one of 1 px 0.68, and an edge without blur all."""
+
+    noises: float = 3.0
+    """Standard deviations of the noise by which a pixel may differ and say nothing."""
+
+    reached_share: float = 0.5
+    """Share of a piece that its ground reaches, from which on it is a slab or a band of soft light. It is near 0 or 1."""
+
+    grounds_max: int = 5
+    """Most regions that are asked whether a shadow lies on them."""
+
+    regions_max: int = 1000
+    """Most regions of a picture in which shadows are looked for; more are the texture of a photo."""
+
+    piece_area: int = 9
+    """Fewest pixels of a piece of the tracing that is asked whether it casts a shadow."""
+
+    starts_max: int = 6
+    """Most pieces that the search begins with, each alone."""
+
+    rough_side: int = 64
+    """Side in pixels of the copy on which the choices that the search begins with are compared."""
+
+    fits_max: int = 2
+    """Most of them that are fitted."""
+
+    better: float = 0.98
+    """Error with another choice of pieces, in the one before, below which it is better."""
+
 
     ground_share: float = 0.04
     """Least share of the picture that the ground has on which a shadow lies. Smaller ones are parts of a drawing."""
@@ -54,7 +82,7 @@ class SoftnessConstants:
     """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
     and 100 levels has 4."""
 
-    edge_bends: tuple[float, ...] = (6.0, 3.0)
+    edge_bends: tuple[float, ...] = (8.0, 20.0)
     """Second differences above which there is an edge, for what the ground reaches: the edge of a ``jump`` through the
     middle of a pixel has half of it. The second is for faint edges, such as a white rim's on white where its shadow
     ends."""
@@ -65,7 +93,7 @@ class SoftnessConstants:
     """Distances in pixels of a ring around a shape of the colour of the ground, beyond its edge, and the least share of
     it that is soft. Around a sticker's rim about half is, as the other half is the figure; around a hole nothing is."""
 
-    graded_share: float = 0.5
+    graded_share: float = 0.35
     """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
 
     shaded_share: float = 0.5
