@@ -55,6 +55,9 @@ class SoftnessConstants:
     fits_max: int = 2
     """Most of them that are fitted."""
 
+    slab_border: float = 0.3
+    """Least share of the border of a slab of a shadow that it has with the shape, and with the ground."""
+
     better: float = 0.98
     """Error with another choice of pieces, in the one before, below which it is better."""
 

@@ -18,7 +18,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.regions.regions import Regions
-from warpvec.flat.softness.grounds import Ground
+from warpvec.flat.softness.grounds import Ground, borders
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, amplitude_of, explained, fit_shadow, moved_blur, rough_loss
 from warpvec.image.spread import largest_channel
 
@@ -67,8 +67,49 @@ class Casting:
             covered = np.where(_hull(own) & (pieces > 0) & ~own, 1.0, covered)
         return covered
 
-    def best(self, coarse_max: float) -> tuple[Floats, FoundShadow] | None:
-        """Return the coverage [h, w] of what casts the shadow that fits best, and it; None if none does."""
+    def slabs_beside(self, number: int) -> frozenset[int]:
+        """Return the smaller pieces between one piece and the ground: the tracing may have made them of its shadow."""
+        first, second, _ = self._borders
+        met = np.bincount(first, minlength=len(self._sizes))
+        beside = np.bincount(first[second == number], minlength=len(met))
+        on_ground = np.bincount(first[self.ground_like[second]], minlength=len(met))
+        least = SOFTNESS.slab_border * met
+        is_slab = (beside >= least) & (on_ground >= least) & (met > 0) & (2 * self._sizes < self._sizes[number])
+        return frozenset(np.flatnonzero(is_slab).tolist()) & self.everything
+
+    @cached_property
+    def _sizes(self) -> NDArray[np.int64]:
+        return np.bincount(self.ground.pieces.ravel())
+
+    @cached_property
+    def ground_like(self) -> Mask:
+        """Whether each number [P] stands for the ground, and for no piece on it."""
+        found = self._sizes == 0
+        found[0] = True
+        return np.asarray(found)
+
+    @cached_property
+    def _borders(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
+        pieces = self.ground.pieces + 1  # the ground has a number too
+        first, second, marked = borders(pieces, self.ground.is_open)
+        return first - 1, second - 1, marked
+
+    def best(self, coarse_max: float) -> tuple[Casting, Floats, FoundShadow] | None:
+        """Return the coverage [h, w] of what casts the shadow that fits best, and it; None if none does.
+
+        With it comes the casting in which slabs of the shadow are no pieces.
+        """
+        found = self._best(coarse_max)
+        for number in self.numbers[: SOFTNESS.starts_max]:
+            slabs = self.slabs_beside(number)
+            if slabs and (found is None or found[2].unexplained > SOFTNESS.explained):
+                opened = replace(self, ground=self.ground.opened(slabs))
+                again = opened._best(coarse_max)
+                if again is not None and (found is None or again[2].unexplained < found[2].unexplained):
+                    found = again
+        return found
+
+    def _best(self, coarse_max: float) -> tuple[Casting, Floats, FoundShadow] | None:
         zone = Zone(self.change, self.ground.deviation, self.ground.is_open)
         masks = [(chosen, self.mask(chosen)) for chosen in self._starts()]
         masks.sort(key=lambda each: rough_loss(zone, each[1]))
@@ -77,7 +118,7 @@ class Casting:
         if not tried:
             return None
         _, chosen, look = min(tried, key=lambda each: each[0])
-        if look.unexplained > coarse_max:
+        if self._without_noise(look, zone).unexplained > coarse_max:
             return None
         for _ in range(SOFTNESS.rounds):
             before = chosen
@@ -89,7 +130,7 @@ class Casting:
             is_settled, look = abs(np.log(again.sigma / look.sigma)) < SOFTNESS.settled, again
             if chosen == before and is_settled:
                 break
-        return self.mask(chosen), self._without_noise(look, zone)
+        return self, self.mask(chosen), self._without_noise(look, zone)
 
     def _starts(self) -> Iterator[frozenset[int]]:
         yield self.everything

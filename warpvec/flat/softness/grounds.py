@@ -66,6 +66,12 @@ class Ground:
         """Return the ground as the ``levels`` [h, w, C] of another picture of the same shapes show it."""
         return replace(self, is_seen=self.is_open & (_smooth_change(levels - self.below, self.noise) <= self.alike))
 
+    def opened(self, slabs: frozenset[int]) -> Ground:
+        """Return the ground with some of its pieces taken for soft light on it."""
+        pieces = np.where(np.isin(self.pieces, list(slabs)), 0, self.pieces)
+        is_open = self.region & ~ndimage.binary_dilation(pieces > 0, np.ones((3, 3)))
+        return replace(self, pieces=pieces, is_open=is_open, is_seen=self.is_seen & is_open)
+
     def parts(self, soft: Mask, things: NDArray[np.int32]) -> Iterator[Ground]:
         """Yield the ground around each of the ``things`` [h, w] with a ``soft`` zone [h, w], the largest first.
 
@@ -115,6 +121,17 @@ def find_grounds(levels: Floats, regions: Regions) -> Iterator[Ground]:
                 yield ground
 
 
+def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
+    """Return a region [h, w] without the mixed pixels far from its pure ones, if most of it is pure.
+
+    Soft light beside a shape looks like a mix of it and something else.
+    """
+    pure = own & (share == 1.0)
+    if pure.sum() < 0.5 * own.sum():
+        return own
+    return own & ndimage.binary_dilation(pure, np.ones((3, 3)))
+
+
 def _near_edges(label: NDArray[np.int32]) -> Mask:
     """Return the pixels [h, w] near the edges of a map of regions, ``label`` [h, w], but not at them.
 
@@ -137,10 +154,11 @@ def _ground(
     below, color, is_flat, noise = found
     noise = max(noise, noise_min)
     soft = _reached(pieces, np.unique(pieces[area]), edges)
+    soft[0] = True  # pixels of no piece
     is_soft = soft[pieces]
     region = np.ones_like(area) if is_outer else with_filled_holes(is_soft)
     covering = np.where(region & ~is_soft, pieces, 0)
-    is_open = region & is_soft & ~ndimage.binary_dilation(covering > 0, iterations=2 if noise < 0.3 else 3)
+    is_open = region & is_soft & ~ndimage.binary_dilation(covering > 0, np.ones((3, 3)))
     ground = Ground(color, below, is_flat, noise, region, is_open, is_open, covering)
     return ground.after(levels)
 
@@ -148,14 +166,7 @@ def _ground(
 def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
     """Return which ``pieces`` [h, w] a ground of some pieces reaches [P]: those that it mostly meets without an edge."""
     count = int(pieces.max()) + 1
-    near = ndimage.binary_dilation(edges, np.ones((3, 3)))
-    pairs = []
-    for one, two, edge in (
-        (pieces[1:], pieces[:-1], near[1:] | near[:-1]), (pieces[:, 1:], pieces[:, :-1], near[:, 1:] | near[:, :-1]),
-    ):  # fmt: skip
-        is_border = one != two
-        pairs += [(one[is_border], two[is_border], edge[is_border]), (two[is_border], one[is_border], edge[is_border])]
-    first, second, is_edge = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    first, second, is_edge = borders(pieces, ndimage.binary_dilation(edges, np.ones((3, 3))))
     soft = np.zeros(count, np.bool_)
     soft[own] = True
     while True:
@@ -167,12 +178,28 @@ def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> 
         soft |= more
 
 
+def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
+    """Return the pieces on either side of each border of two pixels, both ways [B], and if one is ``marked`` [B].
+
+    ``pieces`` and ``marked`` are maps [h, w].
+    """
+    _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
+    whole, pairs = pieces[y, x], []
+    for one, two, edge in (
+        (whole[1:], whole[:-1], marked[1:] | marked[:-1]), (whole[:, 1:], whole[:, :-1], marked[:, 1:] | marked[:, :-1]),
+    ):  # fmt: skip
+        is_border = one != two
+        pairs += [(one[is_border], two[is_border], edge[is_border]), (two[is_border], one[is_border], edge[is_border])]
+    first, second, is_marked = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    return first, second, is_marked
+
+
 def _pieces(regions: Regions) -> NDArray[np.int32]:
     """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on."""
     found, count = np.zeros(regions.label.shape, np.int32), 0
     for k, box in enumerate(ndimage.find_objects(regions.label + 1)):
         if box is not None:
-            own, more = ndimage.label(regions.label[box] == k, np.ones((3, 3)))
+            own, more = ndimage.label(_without_blends(regions.label[box] == k, regions.share[box]), np.ones((3, 3)))
             found[box] += np.where(own > 0, own + count, 0).astype(np.int32)
             count += more
     return found

@@ -104,22 +104,22 @@ def _shadow_on(ground: Ground, image: Floats32, regions: Regions, is_time_up: Ca
             return None
         light = _light_on(part, levels, regions)
         if light is not None:
-            cast, look, is_cast = light
+            part, cast, look, is_cast = light
             return Shadow(cast, part, look, is_cast, _cleaned(image, levels, part, regions, cast, look))
     return None
 
 
-def _light_on(ground: Ground, levels: Floats, regions: Regions) -> tuple[Floats, FoundShadow, bool] | None:
-    """Return the coverage of what casts the light on a ``ground`` [h, w], its fit, and whether shapes cast it."""
+def _light_on(ground: Ground, levels: Floats, regions: Regions) -> tuple[Ground, Floats, FoundShadow, bool] | None:
+    """Return the ``ground``, the coverage of what casts the light on it [h, w], its fit, and whether shapes cast it."""
     if (ground.is_open & ~ground.is_seen).sum() < SOFTNESS.zone_area:
         return None
     casting = Casting(ground, levels - ground.below, regions)
     if casting.everything:
         cast = casting.best(SOFTNESS.part_unexplained if ground.is_part else SOFTNESS.coarse_unexplained)
-        if cast is not None and _is_soft(ground, cast[1]):
-            return *cast, True
+        if cast is not None and _is_soft(ground, cast[2]):
+            return cast[0].ground, *cast[1:], True
     spot = _spot(levels, ground)
-    return (*spot, False) if spot is not None and _is_soft(ground, spot[1]) else None
+    return (ground, *spot, False) if spot is not None and _is_soft(ground, spot[1]) else None
 
 
 def _cleaned(
