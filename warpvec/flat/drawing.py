@@ -171,14 +171,23 @@ class FlatDrawing:
         return self._snapped(scene), left_out
 
     @cached_property
-    def _found(self) -> tuple[Tensor, Regions]:
-        """The picture before it was saved as JPEG, and its regions."""
+    def rough(self) -> Regions:
+        """The regions of the picture as it is.
+
+        Raises:
+            NotFlatArtError: the picture is plainly no flat art, and may be refused.
+        """
         image, may_refuse = self.image.numpy(), self.unexplained_max is not None
         watch = self.watch.ahead(DRAWING.share_after_tracing)
         if self.unexplained_max is not None:
             require_explained_parts(image, self.unexplained_max, watch)
+        return find_regions(image, self.config.min_area, watch, may_refuse, is_jpeg=self.rounding is not None)
+
+    @cached_property
+    def _found(self) -> tuple[Tensor, Regions]:
+        """The picture before it was saved as JPEG, and its regions."""
+        image, watch, found = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing), self.rough
         is_jpeg = self.rounding is not None
-        found = find_regions(image, self.config.min_area, watch, may_refuse, is_jpeg=is_jpeg)
         if self.unexplained_max is not None:
             require_explained(found, image, self.unexplained_max, is_jpeg=is_jpeg)
             require_few_edges(found)

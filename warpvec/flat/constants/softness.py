@@ -312,13 +312,16 @@ class SoftnessConstants:
 
     # Outlines of a shadow (softness/shapes.py)
 
-    caster_inside: float = 0.95
+    caster_inside: float = 0.9
     """Share of the area of a path that must lie in what casts the shadow. A path that lies on another by the same share
     is left out. One that lies on it by less, but by more than the rest of the share, has no outline of its own."""
 
     caster_unlike: float = 0.04
     """Share of what casts the shadow by which the chosen paths may differ from it: its edges are only nearly known. A
     disk of 15 px whose edge is half a pixel off has 0.07, one of 40 px 0.025."""
+
+    caster_off: float = 0.75
+    """The same in pixels of its edge: the pieces of a rough tracing are off by half a pixel, in a JPEG by one."""
 
     covered_min: float = 0.002
     """Coverage from which on a pixel tells nothing of the shadow: half a level between black and white."""

@@ -97,14 +97,14 @@ class Ground:
                 yield replace(self, region=region, is_seen=is_seen, is_open=is_open, pieces=pieces, is_part=True)
 
 
-def find_grounds(levels: Floats, regions: Regions) -> Iterator[Ground]:
+def find_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False) -> Iterator[Ground]:
     """Yield the grounds of a picture, ``levels`` [h, w, C], on which shadows may lie; the canvas is first.
 
     What ends at an edge is asked twice, as the steepest shadows bend as much as faint edges.
     """
     label, pieces = regions.label, _pieces(regions)
     sizes = np.bincount(label.ravel(), minlength=len(regions))
-    noise = _noise_of(levels, _near_edges(label))
+    noise = _noise_of(levels, _near_edges(label), is_jpeg)
     at_border = set(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]).tolist())
     order = sorted(range(len(regions)), key=lambda k: (k != regions.canvas, k not in at_border, -sizes[k]))
     least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
@@ -224,11 +224,16 @@ def _flat(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | No
     return np.broadcast_to(color, levels.shape), color, True, noise
 
 
-def _noise_of(levels: Floats, area: Mask) -> float:
-    """Return the standard deviation of noise of a picture in an ``area`` [h, w], by second differences along rows."""
+def _noise_of(levels: Floats, area: Mask, is_uneven: bool = False) -> float:
+    """Return the standard deviation of noise of a picture in an ``area`` [h, w], by second differences along rows.
+
+    That of a JPEG ``is_uneven``, so that the median of the differences says too little.
+    """
     if not area.any():
         return 0.0
     bends = ndimage.correlate1d(levels, [1.0, -2.0, 1.0], 1, mode="nearest")[area]
+    if is_uneven:
+        return float(np.sqrt(np.mean(bends * bends) / 6.0))
     return float(np.median(np.abs(bends)) / 0.6745 / 6.0**0.5)
 
 

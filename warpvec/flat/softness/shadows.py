@@ -68,7 +68,7 @@ def _never() -> bool:
 
 
 def find_shadows(
-    image: Floats32, regions: Regions | None = None, is_time_up: Callable[[], bool] = _never
+    image: Floats32, regions: Regions | None = None, is_time_up: Callable[[], bool] = _never, is_jpeg: bool = False
 ) -> list[Shadow]:
     """Return the shadows of a picture; each is found in the picture without those before it.
 
@@ -76,12 +76,13 @@ def find_shadows(
         image: [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha.
         regions: a rough tracing of it, with its shadows; None to make one.
         is_time_up: whether the search is to end.
+        is_jpeg: whether the picture was saved as JPEG.
     """
     traced = find_regions(image) if regions is None else regions
     found: list[Shadow] = []
     if len(traced) > SOFTNESS.regions_max:
         return found
-    for ground in find_grounds(255.0 * channels_of(image), traced):
+    for ground in find_grounds(255.0 * channels_of(image), traced, is_jpeg):
         is_more = True
         while is_more and len(found) < SOFTNESS.shadows_max and not is_time_up():
             shadow = _shadow_on(ground, found[-1].clean if found else image, traced, is_time_up)

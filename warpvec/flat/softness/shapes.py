@@ -82,7 +82,9 @@ def casting_paths(shapes: Scene, shadow: Shadow, threads: int | None) -> list[in
             return None
         union += covers[k]
         found.append(k)
-    is_all = np.abs(union - shadow.casters).sum() <= SOFTNESS.caster_unlike * shadow.casters.sum()
+    edge = (shadow.casters > 0.5) ^ ndimage.binary_erosion(shadow.casters > 0.5)
+    unlike_max = max(SOFTNESS.caster_unlike * shadow.casters.sum(), SOFTNESS.caster_off * edge.sum())
+    is_all = np.abs(union - shadow.casters).sum() <= unlike_max
     is_one = len(found) == 1 or shapes.strokes is None or not shapes.strokes.is_stroked[found].any()
     return sorted(found) if found and is_all and is_one else None
 
