@@ -6,9 +6,10 @@ outline of its mask, all are fitted to the picture, and the drawing competes wit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import torch
@@ -17,9 +18,9 @@ from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.windows import cut_windows
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.copied_shadows import CopiedShadows
 from warpvec.flat.regions.regions import unexplained
-from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.softness.shaded_rounding import ShadedRounding
+from warpvec.flat.softness.copies import find_copies
 from warpvec.flat.softness.shadows import Shadow, find_shadows
 from warpvec.flat.softness.shapes import (
     as_one,
@@ -38,15 +39,11 @@ from warpvec.svg.write import write_svg
 
 @dataclass(frozen=True)
 class _Placed:
-    """A shadow and the path around all that casts it, above so many paths of a drawing.
-
-    It may be the same as the outline of its shapes.
-    """
+    """A shadow and the path around all that casts it, above so many paths of a drawing."""
 
     shadow: Shadow
     outline: Scene
     below: int
-    is_same: bool
 
 
 @dataclass(frozen=True)
@@ -69,15 +66,50 @@ class SoftDrawing:
     def draw(self, detail: float) -> tuple[Scene, dict[str, int]]:
         """Return what `FlatDrawing.draw` does, or the better drawing with a soft path.
 
-        The first is not drawn if the second explains the picture about as well as its regions do.
+        The first is not drawn if a shadow makes the drawing short and exact: it would take as long again. It comes
+        first if there is a time budget.
         """
-        soft = self._soft(detail) if self._may_be_soft else None
-        if soft is None:
+        if not self._may_be_soft:
             return self.hard.draw(detail)
-        if self._is_all_soft or self._is_right(soft[0]):
+        if not self._shadows:
+            return self._with_copies(detail) or self.hard.draw(detail)
+        if math.isfinite(self.work.watch.seconds_left()) and not self._is_all_soft:
+            hard = self.hard.draw(detail)
+            return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
+        soft = self._soft(detail)
+        sure = [shadow.is_cast and shadow.look.unexplained <= SOFTNESS.explained for shadow in self._shadows]
+        is_sure = bool(sure) and all(sure)
+        if soft is not None and (self._is_all_soft or (is_sure and self._is_right(soft[0]))):
             return soft
         hard = self.hard.draw(detail)
-        return soft if self._is_better(soft[0], hard[0]) else hard
+        best = self._better(soft, hard)
+        best = best if best is soft else self._with_fewer_shadows(detail, hard)
+        return best if best is not hard else self._with_copies(detail) or hard
+
+    def _with_copies(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
+        """Return the drawing with shadows that are copies of paths; None if there are none, or it leaves much more."""
+        if self._copies is None:
+            return None
+        work, (sharp, left_out) = self._copies, self._copies.clean.draw(detail)
+        scene = work.with_shadows(sharp)
+        left = unexplained(self.hard.rough.mixed(), self.work.image.numpy())
+        if scene is None or work.error(scene) > max(SOFTNESS.error_right, left):
+            return None
+        return scene, left_out
+
+    def _with_fewer_shadows(self, detail: float, hard: tuple[Scene, dict[str, int]]) -> tuple[Scene, dict[str, int]]:
+        """Return the drawing with the first shadows that are explained well, if it is better than ``hard``.
+
+        Two shadows of one card are taken for one, which is poor enough to spoil the outlines of the card.
+        """
+        is_poor = [shadow.look.unexplained > SOFTNESS.well_explained for shadow in self._shadows]
+        count = is_poor.index(True) if any(is_poor) else 0
+        return self._better(replace(self, known=tuple(self._shadows[:count]))._soft(detail), hard) if count else hard
+
+    def _better(
+        self, soft: tuple[Scene, dict[str, int]] | None, hard: tuple[Scene, dict[str, int]]
+    ) -> tuple[Scene, dict[str, int]]:
+        return soft if soft is not None and self._is_better(soft[0], hard[0]) else hard
 
     def _soft(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
         """Return the drawing with soft paths; None if there is no shadow, what casts one has no outline, or time is up.
@@ -86,35 +118,20 @@ class SoftDrawing:
         """
         if not self._shadows:
             return None
-        sharp, left_out = self.clean.draw(detail)
-        for shadow in self._shadows:
-            sharp = self._with_gaps(sharp, shadow)
-        placed = []
-        for shadow in self._shadows:
-            below = paths_below(sharp, shadow, self.work.config.threads)
-            paths = self._casters(sharp, below, shadow)
-            if paths is None:
-                outline = None if self._is_time_up else self._outline(shadow)
-                if outline is None:
-                    return None
-                sharp = self._with_cover(sharp, shadow, outline)
-                below = paths_below(sharp, shadow, self.work.config.threads)
-            else:
-                outline = as_one(_above(sharp, below), paths)
-            placed.append(_Placed(shadow, outline, below, paths is not None))
-        placed.sort(key=lambda each: each.below)
-        copies = [soft_copy(each.outline, each.shadow) for each in placed]
-        if not all(each.is_same for each in placed):
-            free = self._fitted(_inserted(sharp, placed, copies))
-            assert free.softness is not None
-            rows = free.softness.is_soft.nonzero().flatten()
-            if len(rows) < len(placed):
-                return free, left_out
-            copies = [free.select(row[None]) for row in rows]
-        casters = [self._casters(sharp, each.below, each.shadow) if each.is_same else None for each in placed]
-        if all(paths is None for paths in casters):
-            return _inserted(sharp, placed, copies), left_out
-        return self._with_same_outlines(sharp, placed, casters, copies), left_out
+        sharp, left_out = self._clean.draw(detail)
+        outlines = [None if self._is_time_up else self._outline(shadow) for shadow in self._shadows]
+        found = [outline for outline in outlines if outline is not None]
+        if self._is_time_up or len(found) < len(outlines):
+            return None
+        for shadow, outline in zip(self._shadows, found, strict=True):
+            sharp = self._with_cover(self._with_gaps(sharp, shadow), shadow, outline)
+        placed = sorted(map(partial(self._placed, sharp), self._shadows, found), key=lambda each: each.below)
+        free = self._fitted(_inserted(sharp, placed, [soft_copy(each.outline, each.shadow) for each in placed]))
+        same = None if self._is_time_up else self._with_same_outlines(sharp, placed, free)
+        if same is None:
+            return free, left_out
+        before, after = (self._description(self.work, scene) for scene in (free, same))
+        return (same if after <= SOFTNESS.same_worth * before else free), left_out
 
     @property
     def _is_time_up(self) -> bool:
@@ -137,28 +154,26 @@ class SoftDrawing:
 
     @cached_property
     def _shadows(self) -> Sequence[Shadow]:
-        work = self.work
-        if self.known is not None or work.known is not None:
-            return self.known or ()
-        return find_shadows(work.image.numpy(), self.hard.rough, lambda: self._is_time_up, work.rounding is not None)
+        return find_shadows(self.work.image.numpy(), lambda: self._is_time_up) if self.known is None else self.known
 
     @cached_property
-    def clean(self) -> FlatDrawing:
-        """The work on the picture without its shadows."""
-        image, work = torch.from_numpy(self._shadows[-1].clean), self.work
-        added = 255.0 * (work.image - image).double().numpy()
-        rounding = None if work.rounding is None else ShadedRounding(work.rounding, added)
-        return replace(work, image=image, unexplained_max=None, known=None, rounding=rounding)
+    def _copies(self) -> CopiedShadows | None:
+        """The work on shadows that are copies of traced pieces; None without one. Known outlines have none."""
+        if self.work.known is not None or self._is_time_up:
+            return None
+        image, is_jpeg = self.work.image.numpy(), self.work.rounding is not None
+        found = find_copies(image, self.hard.rough, lambda: self._is_time_up, is_jpeg)
+        return CopiedShadows(self.work, found[0]) if found else None
+
+    @property
+    def drawn_work(self) -> FlatDrawing:
+        """The work whose paths the last drawing with copies of them has, or else that without soft paths."""
+        return self._copies.clean if not self._shadows and self._copies is not None else self.hard
 
     @cached_property
-    def _picture(self) -> torch.Tensor:
-        """The picture with its shadows, as it was before it was saved as JPEG."""
-        work = self.work
-        return work.image if work.rounding is None else (self.clean.picture + work.image - self.clean.image).clip(0, 1)
-
-    @cached_property
-    def _critic(self) -> Critic:
-        return Critic(self._picture, self.work.config)
+    def _clean(self) -> FlatDrawing:
+        image = torch.from_numpy(self._shadows[-1].clean)
+        return replace(self.work, image=image, unexplained_max=None, known=None, rounding=None)
 
     def _outline(self, shadow: Shadow) -> Scene | None:
         """Return one path around all that casts the ``shadow``; None if its mask has no outline."""
@@ -170,6 +185,9 @@ class SoftDrawing:
         parts = cut_out(replace(drawn.outlined(), strokes=None), width, height).scene
         dark = (parts.color.amax(1) < 0.5).nonzero().flatten()
         return joined_outlines(parts.select(dark)) if len(dark) else None
+
+    def _placed(self, sharp: Scene, shadow: Shadow, outline: Scene) -> _Placed:
+        return _Placed(shadow, outline, paths_below(sharp, shadow, self.work.config.threads))
 
     def _with_gaps(self, sharp: Scene, shadow: Shadow) -> Scene:
         """Return ``sharp`` with holes in its shapes where the ground, and so the shadow, is seen through them."""
@@ -189,10 +207,16 @@ class SoftDrawing:
         below = paths_below(sharp, shadow, self.work.config.threads)
         return sharp.prefix(below).joined(cover).joined(_above(sharp, below))
 
-    def _with_same_outlines(
-        self, sharp: Scene, placed: list[_Placed], casters: list[list[int] | None], copies: list[Scene]
-    ) -> Scene:
-        """Return ``sharp`` above shadows with the outlines of its shapes; shadows without ``casters`` stay as they are."""
+    def _with_same_outlines(self, sharp: Scene, placed: list[_Placed], free: Scene) -> Scene | None:
+        """Return ``sharp`` above shadows with the outlines of its shapes; None if no paths are what casts one.
+
+        The other shadows stay as they are in ``free``, the drawing in which all outlines are free.
+        """
+        assert free.softness is not None
+        rows = free.softness.is_soft.nonzero().flatten()
+        copies, casters = [free.select(row[None]) for row in rows], [self._casters(sharp, each) for each in placed]
+        if len(copies) < len(placed) or all(paths is None for paths in casters):
+            return None
         for _ in range(SOFTNESS.same_rounds):
             placed, copies = self._measured_again(sharp, placed, casters, copies)
             whole = self._fitted(_inserted(sharp, placed, copies), is_soft_fitted=False)
@@ -200,18 +224,18 @@ class SoftDrawing:
             sharp = whole.select(~whole.softness.is_soft)
         return _inserted(sharp, *self._measured_again(sharp, placed, casters, copies))
 
-    def _casters(self, sharp: Scene, below: int, shadow: Shadow) -> list[int] | None:
+    def _casters(self, sharp: Scene, placed: _Placed) -> list[int] | None:
         """Return the paths of ``sharp``, counted above the shadow, that are just what casts it; None if none are."""
-        shapes = _above(sharp, below)
-        if not shadow.is_cast or not 0 < len(shapes) <= SOFTNESS.casting_max:
+        shapes = _above(sharp, placed.below)
+        if not 0 < len(shapes) <= SOFTNESS.casting_max:
             return None
-        return casting_paths(shapes, shadow, self.work.config.threads)
+        return casting_paths(shapes, placed.shadow, self.work.config.threads)
 
     def _measured_again(
         self, sharp: Scene, placed: list[_Placed], casters: list[list[int] | None], copies: list[Scene]
     ) -> tuple[list[_Placed], list[Scene]]:
         """Return the shadows of known ``casters`` as the outlines of ``sharp`` cast them, and all soft paths."""
-        image, threads = self._picture.numpy(), self.work.config.threads
+        image, threads = self.work.image.numpy(), self.work.config.threads
         placed, copies = list(placed), list(copies)
         for k, (each, paths) in enumerate(zip(placed, casters, strict=True)):
             if paths is not None:
@@ -227,22 +251,21 @@ class SoftDrawing:
         count = min(SOFTNESS.iterations, work.config.iterations)
         part = work.watch.part(planned=work.watch.iterations + count)
         locked = scene.softness.is_soft != is_soft_fitted
-        return polish(self._critic.target, scene, work.config, part, iterations=count, locked=locked).scene
+        return polish(work.critic.target, scene, work.config, part, iterations=count, locked=locked).scene
 
     def _is_right(self, soft: Scene) -> bool:
-        """Return whether the drawing leaves little, or hardly more than the regions of the picture with its shadows do."""
-        error = 255.0 * float(self._critic.target.squared_error(soft).mean() / 3.0) ** 0.5
-        left = unexplained(self.hard.rough.mixed(), self.work.image.numpy())
-        return error <= max(SOFTNESS.error_right, left)
+        """Return whether no drawing of bands can be better."""
+        error = float(self.work.critic.target.squared_error(soft).mean() / 3.0) ** 0.5
+        return len(soft) <= SOFTNESS.paths_right and 255.0 * error <= SOFTNESS.error_right
 
     def _is_better(self, soft: Scene, hard: Scene) -> bool:
         """Return whether ``soft`` is the better description, by its error and its bytes."""
-        return self._description(self._critic, soft) < self._description(self.hard.critic, hard)
+        return self._description(self.work, soft) < self._description(self.hard, hard)
 
-    def _description(self, critic: Critic, scene: Scene) -> float:
+    def _description(self, work: FlatDrawing, scene: Scene) -> float:
         """Return the error of a drawing times what its bytes weigh."""
         height, width = self.work.image.shape[:2]
-        error = float(critic.target.squared_error(scene).sum())
+        error = float(work.critic.target.squared_error(scene).sum())
         return error * len(write_svg(scene, width, height)) ** SOFTNESS.byte_exponent
 
 

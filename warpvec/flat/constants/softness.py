@@ -27,40 +27,9 @@ class SoftnessConstants:
     """Least difference in levels across the edge of a shape that casts a shadow. The bands of a shadow of one level
     each differ by one or two."""
 
-    sharpness: float = 0.75
-    """An edge is sharp if two pixels across it change the colour by this share of what six do. A blur of 1.5 px leaves
-    half of it there, one of 1 px 0.68, and an edge without blur all."""
-
-    noises: float = 3.0
-    """Standard deviations of the noise by which a pixel may differ and say nothing."""
-
-    reached_share: float = 0.5
-    """Share of a piece that its ground reaches, from which on it is a slab or a band of soft light. It is near 0 or 1."""
-
-    grounds_max: int = 5
-    """Most regions that are asked whether a shadow lies on them."""
-
-    regions_max: int = 1000
-    """Most regions of a picture in which shadows are looked for; more are the texture of a photo."""
-
-    piece_area: int = 9
-    """Fewest pixels of a piece of the tracing that is asked whether it casts a shadow."""
-
-    starts_max: int = 6
-    """Most pieces that the search begins with, each alone."""
-
-    rough_side: int = 64
-    """Side in pixels of the copy on which the choices that the search begins with are compared."""
-
-    fits_max: int = 2
-    """Most of them that are fitted."""
-
-    slab_border: float = 0.3
-    """Least share of the border of a slab of a shadow that it has with the shape, and with the ground."""
-
-    better: float = 0.98
-    """Error with another choice of pieces, in the one before, below which it is better."""
-
+    sharpness: float = 1.6
+    """An edge is sharp if the first two pixels across it change the colour so many times as much as the next two. At a
+    blur of 1 px, which is the softest sharp edge, the ratio from a plateau outwards is 0.7."""
 
     ground_share: float = 0.04
     """Least share of the picture that the ground has on which a shadow lies. Smaller ones are parts of a drawing."""
@@ -85,7 +54,7 @@ class SoftnessConstants:
     """Largest second difference of neighbours in an even area. A gradient has one by rounding, and a shadow of 3 px
     and 100 levels has 4."""
 
-    edge_bends: tuple[float, ...] = (8.0, 20.0)
+    edge_bends: tuple[float, ...] = (6.0, 3.0)
     """Second differences above which there is an edge, for what the ground reaches: the edge of a ``jump`` through the
     middle of a pixel has half of it. The second is for faint edges, such as a white rim's on white where its shadow
     ends."""
@@ -96,7 +65,7 @@ class SoftnessConstants:
     """Distances in pixels of a ring around a shape of the colour of the ground, beyond its edge, and the least share of
     it that is soft. Around a sticker's rim about half is, as the other half is the figure; around a hole nothing is."""
 
-    graded_share: float = 0.35
+    graded_share: float = 0.5
     """Least share of the pixels of a ground that its gradient explains; a shadow takes up to half."""
 
     shaded_share: float = 0.5
@@ -312,7 +281,7 @@ class SoftnessConstants:
 
     # Outlines of a shadow (softness/shapes.py)
 
-    caster_inside: float = 0.9
+    caster_inside: float = 0.95
     """Share of the area of a path that must lie in what casts the shadow. A path that lies on another by the same share
     is left out. One that lies on it by less, but by more than the rest of the share, has no outline of its own."""
 
@@ -320,11 +289,61 @@ class SoftnessConstants:
     """Share of what casts the shadow by which the chosen paths may differ from it: its edges are only nearly known. A
     disk of 15 px whose edge is half a pixel off has 0.07, one of 40 px 0.025."""
 
-    caster_off: float = 0.75
-    """The same in pixels of its edge: the pieces of a rough tracing are off by half a pixel, in a JPEG by one."""
-
     covered_min: float = 0.002
     """Coverage from which on a pixel tells nothing of the shadow: half a level between black and white."""
+
+    # Copies of traced pieces (softness/traced_grounds.py, traced_casters.py, copies.py)
+
+    noises: float = 3.0
+    """Standard deviations of the noise by which a pixel may differ and say nothing."""
+
+    piece_bends: tuple[float, ...] = (8.0, 20.0)
+    """Second differences in levels above which a piece ends at an edge. A shadow of 1.5 px and 85 levels has 9, and an
+    edge half of its contrast; what ends at a faint edge or has a steep shadow is found with one of the two."""
+
+    flat_share: float = 0.35
+    """Least share of the pixels of a traced ground that have its colour: a tracing joins some of the shadow to it."""
+
+    ringing: float = 0.3
+    ringing_max: tuple[float, float] = (3.0, 0.5)
+    """Share of the pixels of a ground whose largest difference from it in a channel is about one standard deviation of
+    its noise, and the most that this may be: so many times the noise of neighbours, and so many levels more."""
+
+    reached_share: float = 0.5
+    """Share of the border of a piece without an edge from which on it is a slab of soft light. It is near 0 or 1."""
+
+    grounds_max: int = 5
+    """Most regions that are asked whether a shadow lies on them."""
+
+    pieces_max: int = 200
+    """Most regions of a picture whose pieces may cast a shadow: more are the texture of a photo."""
+
+    piece_area: int = 9
+    """Fewest pixels of a piece that is asked whether it casts a shadow."""
+
+    starts_max: int = 6
+    """Most pieces that the search begins with, each alone."""
+
+    rough_side: int = 64
+    """Side in pixels of the copy on which the choices that the search begins with are compared."""
+
+    fits_max: int = 2
+    """Most of them that are fitted."""
+
+    slab_border: float = 0.3
+    """Least share of the border of a slab of a shadow that it has with its shape, and with the ground."""
+
+    better: float = 0.98
+    """Error with another choice of pieces, in the one before, below which it is better."""
+
+    caster_off: float = 0.75
+    """As ``caster_unlike``, in pixels of the edge: the pieces of a rough tracing are off by half a pixel, in a JPEG by
+    one."""
+
+    word_nats: float = 8.5
+    word_numbers: int = 8
+    """Nats of a number (a place to a tenth of a pixel on 512), and numbers of a flat path of four corners without its
+    colour. A soft copy of a path that is drawn already has six numbers."""
 
     same_rounds: int = 2
     """Times that the shapes are fitted above the shadow, and it below them. A third time changes no file."""

@@ -1,7 +1,7 @@
-"""Find what a shadow may lie on, and which shapes lie on it, from a first, rough tracing of the picture.
+"""Find what a shadow may lie on: an area of one colour, or of a gradient along a line.
 
-A shadow fades into its ground without an edge, so the ground *reaches* it pixel by pixel. Shapes have edges, so the
-ground ends there. Pieces of the tracing that the ground reaches are slabs and bands that it made of soft light.
+*Plateaus* are the connected areas of a picture whose colour hardly changes from pixel to pixel; in *even* areas it
+changes steadily.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
-from warpvec.flat.regions.regions import Regions
-from warpvec.image.spread import largest_channel
+from warpvec.flat.softness.shaded_grounds import fit_shaded_ground
+from warpvec.image.spread import largest_channel, spread
 
 
 @dataclass(frozen=True)
@@ -29,22 +29,18 @@ class Ground:
         color: its middle colour [C].
         below: its colour at each pixel [h, w, C], also where something hides it.
         is_flat: whether it has one colour.
-        noise: standard deviation of the picture from it.
+        area: the plateau or the even area that it was measured in [h, w].
+        is_seen: where the picture shows it [h, w], in its region.
         region: where it can lie [h, w]: everywhere, or in a shape of the drawing.
-        is_open: where nothing covers it [h, w].
-        is_seen: where the picture shows it without a shadow [h, w], in its region.
-        pieces: the number of the sharp piece of the tracing that covers it at each pixel [h, w], from 1 on; 0 for none.
         is_part: whether it is what lies around one of several things.
     """
 
     color: Floats
     below: Floats
     is_flat: bool
-    noise: float
-    region: Mask
-    is_open: Mask
+    area: Mask
     is_seen: Mask
-    pieces: NDArray[np.int32]
+    region: Mask
     is_part: bool = False
 
     @property
@@ -52,25 +48,9 @@ class Ground:
         """How far its colour is from the middle one [h, w, C]; None if it has one colour."""
         return None if self.is_flat else self.below - self.color
 
-    @property
-    def alike(self) -> float:
-        """Largest difference from it, in levels, that says nothing."""
-        return SOFTNESS.alike + SOFTNESS.noises * self.noise
-
-    @cached_property
     def things(self) -> NDArray[np.int32]:
-        """The number of the thing that lies on it at each pixel [h, w], with its shadow; 0 for none."""
+        """Return the number of the thing that lies on it at each pixel [h, w], with its shadow; 0 for none."""
         return ndimage.label(self.region & ~self.is_seen, np.ones((3, 3)))[0].astype(np.int32)
-
-    def after(self, levels: Floats) -> Ground:
-        """Return the ground as the ``levels`` [h, w, C] of another picture of the same shapes show it."""
-        return replace(self, is_seen=self.is_open & (_smooth_change(levels - self.below, self.noise) <= self.alike))
-
-    def opened(self, slabs: frozenset[int]) -> Ground:
-        """Return the ground with some of its pieces taken for soft light on it."""
-        pieces = np.where(np.isin(self.pieces, list(slabs)), 0, self.pieces)
-        is_open = self.region & ~ndimage.binary_dilation(pieces > 0, np.ones((3, 3)))
-        return replace(self, pieces=pieces, is_open=is_open, is_seen=self.is_seen & is_open)
 
     def parts(self, soft: Mask, things: NDArray[np.int32]) -> Iterator[Ground]:
         """Yield the ground around each of the ``things`` [h, w] with a ``soft`` zone [h, w], the largest first.
@@ -91,172 +71,198 @@ class Ground:
             return
         for number in large:
             region = self.region & (owner == number)
-            is_seen, is_open = self.is_seen & region, self.is_open & region
+            is_seen = self.is_seen & region
             if is_seen.sum() >= SOFTNESS.part_seen * region.sum():
-                pieces = np.where(region, self.pieces, 0)
-                yield replace(self, region=region, is_seen=is_seen, is_open=is_open, pieces=pieces, is_part=True)
+                yield replace(self, is_seen=is_seen, region=region, is_part=True)
 
 
-def find_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False) -> Iterator[Ground]:
-    """Yield the grounds of a picture, ``levels`` [h, w, C], on which shadows may lie; the canvas is first.
+@dataclass(frozen=True)
+class Parts:
+    """The still areas of a picture.
 
-    What ends at an edge is asked twice, as the steepest shadows bend as much as faint edges.
+    Attributes:
+        number: of the part of each pixel [h, w], from 1 on; 0 for none.
+        plateaus: the largest number of a plateau; higher ones are areas with a gradient.
+        count: the largest number of all.
     """
-    label, pieces = regions.label, _pieces(regions)
-    sizes = np.bincount(label.ravel(), minlength=len(regions))
-    noise = _noise_of(levels, _near_edges(label), is_jpeg)
-    at_border = set(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]).tolist())
-    order = sorted(range(len(regions)), key=lambda k: (k != regions.canvas, k not in at_border, -sizes[k]))
-    least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
-    large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
-    edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.edge_bends]
-    for k in large[: SOFTNESS.grounds_max]:
-        is_clear = bool(regions.paints.opacity[k] == 0.0)
-        if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
+
+    number: NDArray[np.int32]
+    plateaus: int
+    count: int
+
+    @cached_property
+    def seen(self) -> int:
+        """How many there are."""
+        return int(np.count_nonzero(np.bincount(self.number.ravel())[1:]))
+
+
+def find_plateaus(levels: Floats) -> tuple[NDArray[np.int32], int]:
+    """Return the number of the plateau of each pixel [h, w], from 1 on, 0 for none, and how many plateaus there are."""
+    return _labels(spread(levels) <= SOFTNESS.alike)
+
+
+def find_grounds(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Iterator[Ground]:
+    """Yield the grounds on which a shadow may lie, the likeliest first.
+
+    The first is the largest plateau that reaches the border of the picture. Others are the largest even area there and
+    inside, if it has a gradient, and the cards inside.
+    """
+    everywhere = np.ones(plateaus.shape, np.bool_)
+    outer, outer_size = _largest(plateaus, count, at_border=True)
+    # On a transparent one there is nothing more.
+    graded = [] if levels.shape[2] > 3 else _graded_grounds(levels, outer_size)
+    if outer_size >= SOFTNESS.ground_share * plateaus.size:
+        area = plateaus == outer
+        if not any(each.is_seen[area].mean() > SOFTNESS.own_share for each in graded):  # or it is a band of a gradient
+            yield _flat(levels, area, everywhere)
+    if levels.shape[2] > 3:
+        return  # the others are opaque parts of a transparent picture
+    yield from graded
+    yield from find_cards(levels, plateaus, count, SOFTNESS.plate_share)
+
+
+def _graded_grounds(levels: Floats, outer_size: int) -> list[Ground]:
+    """Return the largest even areas at the border of a picture and inside, if they have a gradient along a line.
+
+    The largest plateau at the border has an ``outer_size`` in pixels.
+    """
+    found = []
+    even, count = _even_areas(levels)
+    for at_border in (True, False):
+        number, size = _largest(even, count, at_border)
+        ground = None
+        if size >= SOFTNESS.plate_share * even.size:
+            area = even == number
+            ground = _graded(levels, area, np.ones_like(area) if at_border else with_filled_holes(area))
+        found.append(_shaded(levels, outer_size) if ground is None and at_border else ground)
+    return [ground for ground in found if ground is not None]
+
+
+def _shaded(levels: Floats, outer_size: int) -> Ground | None:
+    """Return the ground at the border of a picture with a gradient that is shaded nearly everywhere; None without one.
+
+    Its largest plateau, of an ``outer_size`` in pixels, is but a small part of it.
+    """
+    even, count = _even_areas(levels, SOFTNESS.edge_bends[0])
+    number, size = _largest(even, count, at_border=True)
+    if size < SOFTNESS.plate_share * even.size or outer_size >= SOFTNESS.shaded_share * size:
+        return None
+    area = even == number
+    region = with_filled_holes(area)
+    below = fit_shaded_ground(levels, area, ndimage.binary_erosion(region & ~area, iterations=2))
+    if below is None:
+        return None
+    is_seen = region & (largest_channel(np.abs(levels - below)) <= SOFTNESS.alike)
+    return Ground(np.median(below[area], axis=0), below, False, area, is_seen, region) if is_seen.any() else None
+
+
+def find_cards(
+    levels: Floats, plateaus: NDArray[np.int32], count: int, least_share: float = SOFTNESS.card_share
+) -> Iterator[Ground]:
+    """Yield the largest plateaus inside a picture that have at least a share of it.
+
+    A shadow on a card may reach its edge.
+    """
+    left = plateaus.copy()
+    bent = bends(levels)
+    for _ in range(SOFTNESS.cards_max):
+        inner, size = _largest(left, count, at_border=False)
+        if size < least_share * plateaus.size:
+            return
+        area = plateaus == inner
+        left[area] = 0
+        ground = _flat(levels, area, _card_region(area, bent))
+        if ground.is_seen[area].mean() >= SOFTNESS.card_seen:
+            yield ground
+
+
+def _card_region(area: Mask, bent: Floats) -> Mask:
+    """Return what an ``area`` [h, w] encloses [h, w], with a shadow that reaches its edge.
+
+    Where the second differences ``bent`` [h, w] are small there is no edge. A shadow is little beside its card.
+    """
+    own = with_filled_holes(area)
+    for bend_max in SOFTNESS.edge_bends:
+        reached = with_filled_holes(ndimage.binary_propagation(area, mask=(bent <= bend_max) | area))
+        if reached.sum() <= SOFTNESS.card_growth * own.sum():
+            return reached
+    return own
+
+
+def find_parts(levels: Floats, plateaus: NDArray[np.int32], count: int) -> Parts:
+    """Return the ``count`` plateaus of a picture, and as one part each even area that has not one colour.
+
+    The plateaus in such an area are bands of its gradient.
+    """
+    even, even_count = _even_areas(levels)
+    parts, number = plateaus.copy(), count
+    sizes = np.bincount(even.ravel(), minlength=even_count + 1)
+    for area, box in enumerate(ndimage.find_objects(even), 1):
+        if sizes[area] < SOFTNESS.zone_area:
             continue
-        shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
-        for each in edges:
-            ground = _ground(shown, (label == k) & (regions.share == 1.0), each, pieces, k in at_border, noise)
-            if ground is not None:
-                yield ground
+        own = even[box] == area
+        colors = levels[box][own]
+        if (largest_channel(np.abs(colors - np.median(colors, axis=0))) <= SOFTNESS.alike).mean() < SOFTNESS.one_color:
+            number += 1
+            parts[box][own] = number
+    return Parts(parts, count, number)
 
 
-def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
-    """Return a region [h, w] without the mixed pixels far from its pure ones, if most of it is pure.
-
-    Soft light beside a shape looks like a mix of it and something else.
-    """
-    pure = own & (share == 1.0)
-    if pure.sum() < 0.5 * own.sum():
-        return own
-    return own & ndimage.binary_dilation(pure, np.ones((3, 3)))
-
-
-def _near_edges(label: NDArray[np.int32]) -> Mask:
-    """Return the pixels [h, w] near the edges of a map of regions, ``label`` [h, w], but not at them.
-
-    There is the noise of a JPEG, which has none in still areas.
-    """
-    edge = (ndimage.maximum_filter(label, 3) != ndimage.minimum_filter(label, 3))
-    return ndimage.binary_dilation(edge, iterations=6) & ~ndimage.binary_dilation(edge, iterations=2)
-
-
-def _ground(
-    levels: Floats, area: Mask, edges: Mask, pieces: NDArray[np.int32], is_outer: bool, noise_min: float
-) -> Ground | None:
-    """Return an ``area`` [h, w] of one region as the ground; None if it has not one colour or gradient."""
-    area = area & ~edges
-    if area.sum() < SOFTNESS.zone_area:
-        return None
-    found = _flat(levels, area) or _graded(levels, area)
-    if found is None:
-        return None
-    below, color, is_flat, noise = found
-    noise = max(noise, noise_min)
-    soft = _reached(pieces, np.unique(pieces[area]), edges)
-    soft[0] = True  # pixels of no piece
-    is_soft = soft[pieces]
-    region = np.ones_like(area) if is_outer else with_filled_holes(is_soft)
-    covering = np.where(region & ~is_soft, pieces, 0)
-    is_open = region & is_soft & ~ndimage.binary_dilation(covering > 0, np.ones((3, 3)))
-    ground = Ground(color, below, is_flat, noise, region, is_open, is_open, covering)
-    return ground.after(levels)
-
-
-def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
-    """Return which ``pieces`` [h, w] a ground of some pieces reaches [P]: those that it mostly meets without an edge."""
-    count = int(pieces.max()) + 1
-    first, second, is_edge = borders(pieces, ndimage.binary_dilation(edges, np.ones((3, 3))))
-    soft = np.zeros(count, np.bool_)
-    soft[own] = True
-    while True:
-        meets = soft[first] & ~soft[second]
-        all_met, sharp = (np.bincount(second[meets], weight[meets], count) for weight in (np.ones(len(first)), is_edge))
-        more = (all_met > 0) & (sharp < SOFTNESS.reached_share * all_met)
-        if not more.any():
-            return soft
-        soft |= more
-
-
-def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
-    """Return the pieces on either side of each border of two pixels, both ways [B], and if one is ``marked`` [B].
-
-    ``pieces`` and ``marked`` are maps [h, w].
-    """
-    _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
-    whole, pairs = pieces[y, x], []
-    for one, two, edge in (
-        (whole[1:], whole[:-1], marked[1:] | marked[:-1]), (whole[:, 1:], whole[:, :-1], marked[:, 1:] | marked[:, :-1]),
-    ):  # fmt: skip
-        is_border = one != two
-        pairs += [(one[is_border], two[is_border], edge[is_border]), (two[is_border], one[is_border], edge[is_border])]
-    first, second, is_marked = (np.concatenate(each) for each in zip(*pairs, strict=True))
-    return first, second, is_marked
-
-
-def _pieces(regions: Regions) -> NDArray[np.int32]:
-    """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on."""
-    found, count = np.zeros(regions.label.shape, np.int32), 0
-    for k, box in enumerate(ndimage.find_objects(regions.label + 1)):
-        if box is not None:
-            own, more = ndimage.label(_without_blends(regions.label[box] == k, regions.share[box]), np.ones((3, 3)))
-            found[box] += np.where(own > 0, own + count, 0).astype(np.int32)
-            count += more
-    return found
-
-
-def _sharp_edges(levels: Floats, bend_max: float) -> Mask:
-    """Return the pixels [h, w] at which the second difference of neighbours in ``levels`` [h, w, C] is large."""
+def bends(levels: Floats) -> Floats:
+    """Return the largest second difference of neighbours in a row or a column [h, w], for ``levels`` [h, w, C]."""
     along = (np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")) for axis in (0, 1))
-    bends = np.maximum(*map(largest_channel, along))
-    return np.asarray(bends > bend_max)
+    largest: Floats = np.maximum(*map(largest_channel, along))
+    return largest
 
 
-def _flat(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | None:
-    """Return colours, middle colour, whether it is flat, and noise of an ``area`` [h, w] of one colour; None if not."""
+def _labels(mask: Mask) -> tuple[NDArray[np.int32], int]:
+    labels, count = ndimage.label(mask)
+    return labels.astype(np.int32), int(count)
+
+
+def _even_areas(levels: Floats, bend_max: float = SOFTNESS.bend_max) -> tuple[NDArray[np.int32], int]:
+    """Return the number of the even area of each pixel [h, w], from 1 on, 0 for none, and how many there are."""
+    is_even = (bends(levels) <= bend_max) & (spread(levels) <= SOFTNESS.jump)
+    return _labels(ndimage.binary_erosion(is_even, border_value=1))
+
+
+def _largest(labels: NDArray[np.int32], count: int, at_border: bool) -> tuple[int, int]:
+    """Return the largest area that does or does not reach the border of the picture, and its size; 0, 0 for none."""
+    sizes = np.bincount(labels.ravel(), minlength=count + 1)
+    reaches = np.zeros(count + 1, np.bool_)
+    reaches[np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])] = True
+    sizes[reaches != at_border] = 0
+    sizes[0] = 0
+    number = int(np.argmax(sizes))
+    return number, int(sizes[number])
+
+
+def _flat(levels: Floats, area: Mask, region: Mask) -> Ground:
     color = np.median(levels[area], axis=0)
-    away = np.abs(levels[area] - color).max(1)
-    noise = _noise_of(levels, area)
-    # Ringing of a JPEG bends less than noise does.
-    noise = float(np.clip(np.quantile(away, 0.3), noise, 3.0 * noise + 0.5))
-    if (away <= SOFTNESS.alike + SOFTNESS.noises * noise).mean() < SOFTNESS.graded_share:
-        return None
-    return np.broadcast_to(color, levels.shape), color, True, noise
+    below = np.broadcast_to(color, levels.shape)
+    is_seen = region & (largest_channel(np.abs(levels - color)) <= SOFTNESS.alike)
+    return Ground(color, below, True, area, is_seen, region)
 
 
-def _noise_of(levels: Floats, area: Mask, is_uneven: bool = False) -> float:
-    """Return the standard deviation of noise of a picture in an ``area`` [h, w], by second differences along rows.
-
-    That of a JPEG ``is_uneven``, so that the median of the differences says too little.
-    """
-    if not area.any():
-        return 0.0
-    bends = ndimage.correlate1d(levels, [1.0, -2.0, 1.0], 1, mode="nearest")[area]
-    if is_uneven:
-        return float(np.sqrt(np.mean(bends * bends) / 6.0))
-    return float(np.median(np.abs(bends)) / 0.6745 / 6.0**0.5)
-
-
-def _graded(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | None:
-    """Return what `_flat` does of an ``area`` [h, w] of a gradient along a line, most of which is that; None if not."""
+def _graded(levels: Floats, area: Mask, region: Mask) -> Ground | None:
+    """Return an even area as the ground if a gradient along a line explains most of it, and one colour does not."""
     rows, columns = np.nonzero(area)
     if len(rows) > SOFTNESS.graded_samples:
         chosen = np.random.default_rng(0).choice(len(rows), SOFTNESS.graded_samples, replace=False)
         rows, columns = rows[chosen], columns[chosen]
     places = np.stack([np.ones(len(rows)), columns, rows], 1)
-    colors, noise = levels[rows, columns], _noise_of(levels, area)
-    is_like, like = np.ones(len(rows), np.bool_), SOFTNESS.alike + SOFTNESS.noises * noise
+    colors = levels[rows, columns]
+    if (np.abs(colors - np.median(colors, axis=0)).max(1) <= SOFTNESS.alike).mean() >= SOFTNESS.graded_share:
+        return None
+    is_like = np.ones(len(rows), np.bool_)
     for _ in range(SOFTNESS.graded_rounds):
         slopes = np.linalg.lstsq(places[is_like], colors[is_like], rcond=None)[0]
         rest = np.abs(colors - places @ slopes).max(1)
-        is_like = rest <= max(like, float(np.median(rest)))
-    if (rest <= like).mean() < SOFTNESS.graded_share:
+        is_like = rest <= max(SOFTNESS.alike, float(np.median(rest)))
+    if (rest <= SOFTNESS.alike).mean() < SOFTNESS.graded_share:
         return None
     y, x = np.indices(area.shape)
     below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
-    return below, np.median(below[rows, columns], axis=0), False, noise
-
-
-def _smooth_change(change: Floats, noise: float) -> Floats:
-    """Return the largest channel of a ``change`` [h, w, C], without most of its noise."""
-    return largest_channel(np.abs(ndimage.gaussian_filter(change, (1.0, 1.0, 0.0)) if noise > 0.3 else change))
+    color = np.median(below[rows, columns], axis=0)
+    is_seen = region & (largest_channel(np.abs(levels - below)) <= SOFTNESS.alike)
+    return Ground(color, below, False, area, is_seen, region)
