@@ -1,4 +1,4 @@
-"""Draw flat art with a shadow that is a copy of paths: the picture without it is drawn once, and the copy fitted below."""
+"""Draw flat art with a shadow that is a copy of paths: the picture without it is drawn once, the copy put below."""
 
 from __future__ import annotations
 

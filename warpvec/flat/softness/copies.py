@@ -79,7 +79,7 @@ def _copy_on(ground: TracedGround, levels: Floats, regions: Regions) -> Shadow |
 
 
 def _unshaded(levels: Floats, ground: TracedGround, cast: Floats, found: FoundShadow) -> Floats:
-    """Return the picture without the shadow of a coverage ``cast`` [h, w], below the pieces on the ground, in levels."""
+    """Return the picture in levels without the shadow of a coverage ``cast`` [h, w], below the pieces."""
     above = (ground.pieces > 0) | ~ground.region
     shade = found.shade_of(cast, ground.deviation)
     near = ndimage.binary_dilation(above, iterations=2)

@@ -19,7 +19,7 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.regions.regions import Regions
 from warpvec.flat.softness.traced_grounds import TracedGround, borders
-from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, amplitude_of, explained, fit_shadow, moved_blur, rough_loss
+from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, explained, fit_shadow, moved_blur, rough_loss
 from warpvec.image.spread import largest_channel
 
 
@@ -30,7 +30,7 @@ class Casting:
     Attributes:
         ground: what they lie on.
         change: the picture minus the ground, in levels [h, w, C].
-        share: of the tracing, which `Regions` has.
+        regions: the tracing.
     """
 
     ground: TracedGround
@@ -147,7 +147,7 @@ class Casting:
         return chosen
 
     def _loss(self, chosen: frozenset[int], look: FoundShadow) -> float:
-        """Return the squared error that the shadow of the ``chosen`` pieces leaves, of which single pixels hardly count."""
+        """Return the squared error that a shadow of the ``chosen`` pieces leaves; single pixels hardly count."""
         is_open, varied = self.ground.is_open, self.ground.deviation
         seen = self.change[is_open]
         own = moved_blur(self.mask(chosen), look.offset, look.sigma)[is_open]

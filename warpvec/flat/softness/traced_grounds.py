@@ -132,7 +132,7 @@ def _ground(
 
 
 def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
-    """Return which ``pieces`` [h, w] a ground of some pieces reaches [P]: those that it mostly meets without an edge."""
+    """Return which ``pieces`` [h, w] a ground of its ``own`` reaches [P]: it mostly meets them without an edge."""
     count = int(pieces.max()) + 1
     first, second, is_edge = borders(pieces, ndimage.binary_dilation(edges, np.ones((3, 3))))
     soft = np.zeros(count, np.bool_)
@@ -154,7 +154,8 @@ def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32],
     _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
     whole, pairs = pieces[y, x], []
     for one, two, edge in (
-        (whole[1:], whole[:-1], marked[1:] | marked[:-1]), (whole[:, 1:], whole[:, :-1], marked[:, 1:] | marked[:, :-1]),
+        (whole[1:], whole[:-1], marked[1:] | marked[:-1]),
+        (whole[:, 1:], whole[:, :-1], marked[:, 1:] | marked[:, :-1]),
     ):  # fmt: skip
         is_border = one != two
         pairs += [(one[is_border], two[is_border], edge[is_border]), (two[is_border], one[is_border], edge[is_border])]
