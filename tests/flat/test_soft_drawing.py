@@ -352,6 +352,7 @@ def test_a_time_budget_is_for_the_drawing_without_a_soft_path_first(monkeypatch:
 
     monkeypatch.setattr(FlatDrawing, "draw", hard)
     monkeypatch.setattr(SoftDrawing, "_soft", lambda self, detail: order.append("soft"))
+    monkeypatch.setattr(SoftDrawing, "_copies", None)
     for budget in (None, 1000.0):
         warpvec.vectorize(picture(), mode="flat", iterations=2, strokes="off", threads=1, time_budget=budget)
     assert order == ["soft", "hard", "hard", "soft"]
@@ -364,6 +365,7 @@ def test_if_all_shadows_together_are_worse_than_bands_those_explained_well_are_d
         return bool(soft == "soft paths: 2")
 
     monkeypatch.setattr(SoftDrawing, "_may_be_soft", True)
+    monkeypatch.setattr(SoftDrawing, "_copies", None)
     monkeypatch.setattr(SoftDrawing, "_soft", lambda drawing, detail: (f"soft paths: {len(drawing.known)}", {}))
     monkeypatch.setattr(SoftDrawing, "_is_better", is_better)
     well, poorly = (SimpleNamespace(is_cast=True, look=SimpleNamespace(unexplained=rest)) for rest in (0.001, 0.03))

@@ -10,7 +10,7 @@ A picture that was enlarged before is drawn at its size before that. The drawing
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,8 +124,19 @@ class EnlargedRounding:
         return 255.0 * before_enlargement(np.asarray(moved / 255.0, np.float32), self.enlargement).astype(np.float64)
 
 
-Rounding = JpegRounding | EnlargedRounding
-"""How the picture that is drawn was rounded by JPEG."""
+class Rounding(Protocol):
+    """How the picture that is drawn was rounded by JPEG."""
+
+    @property
+    def jpeg(self) -> Jpeg:
+        """What the picture was saved as."""
+
+    @property
+    def factor(self) -> float:
+        """Enlargement of the drawing when it was rounded."""
+
+    def nearest(self, drawn: Floats) -> Floats:
+        """Return ``drawn`` [h, w, 3], in [0, 255], moved as little as its values need to be in their ranges."""
 
 
 def _rounded(values: Floats, steps: Floats) -> Floats:

@@ -173,13 +173,21 @@ class FlatDrawing:
         return self._snapped(scene), left_out
 
     @cached_property
-    def _found(self) -> tuple[Tensor, Regions]:
-        """The picture before it was saved as JPEG, and its regions."""
+    def rough(self) -> Regions:
+        """The regions of the picture as it is.
+
+        Raises:
+            NotFlatArtError: the picture is plainly no flat art, and may be refused.
+        """
         image, watch = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing)
-        is_jpeg = self.rounding is not None
         if self.is_doubtful:
             require_shorter_parts(image, self._jpeg, watch)
-        found = find_regions(image, self.config.min_area, watch, self.may_refuse, is_jpeg=is_jpeg)
+        return find_regions(image, self.config.min_area, watch, self.may_refuse, is_jpeg=self.rounding is not None)
+
+    @cached_property
+    def _found(self) -> tuple[Tensor, Regions]:
+        """The picture before it was saved as JPEG, and its regions."""
+        image, watch, found = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing), self.rough
         if self.is_doubtful:
             require_shorter(found, Evidence.of(image, self._jpeg))
         if self.may_refuse:

@@ -33,6 +33,9 @@ FORM_NUMBERS = {CIRCLE: 3, ELLIPSE: 4, RECT: 4, ROUND_RECT: 5}
 RAMP_NUMBERS = 4
 """Numbers that place a gradient: two points, or a centre with two radii."""
 
+SHADOW_NUMBERS = 6
+"""Numbers of a shadow that copies a path: its offset, its blur, its opacity, and two for its colour on the ground."""
+
 STROKE_NUMBERS = 1
 SOFT_NUMBERS = 1
 """Numbers of a stroke beside its centre line, and of a blur."""

@@ -15,9 +15,12 @@ import numpy as np
 import torch
 
 from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.flat.copied_shadows import CopiedShadows
 from warpvec.flat.cutting.cutout import cut_out
 from warpvec.flat.cutting.windows import cut_windows
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.regions.regions import unexplained
+from warpvec.flat.softness.copies import find_copies
 from warpvec.flat.softness.shadows import Shadow, find_shadows
 from warpvec.flat.softness.shapes import (
     as_one,
@@ -68,6 +71,8 @@ class SoftDrawing:
         """
         if not self._may_be_soft:
             return self.hard.draw(detail)
+        if not self._shadows:
+            return self._with_copies(detail) or self.hard.draw(detail)
         if math.isfinite(self.work.watch.seconds_left()) and not self._is_all_soft:
             hard = self.hard.draw(detail)
             return hard if self.work.watch.is_over() else self._better(self._soft(detail), hard)
@@ -78,7 +83,19 @@ class SoftDrawing:
             return soft
         hard = self.hard.draw(detail)
         best = self._better(soft, hard)
-        return best if best is soft else self._with_fewer_shadows(detail, hard)
+        best = best if best is soft else self._with_fewer_shadows(detail, hard)
+        return best if best is not hard else self._with_copies(detail) or hard
+
+    def _with_copies(self, detail: float) -> tuple[Scene, dict[str, int]] | None:
+        """Return the drawing with shadows that are copies of paths; None if there are none, or it leaves much more."""
+        if self._copies is None:
+            return None
+        work, (sharp, left_out) = self._copies, self._copies.clean.draw(detail)
+        scene = work.with_shadows(sharp)
+        left = unexplained(self.hard.rough.mixed(), self.work.image.numpy())
+        if scene is None or work.error(scene) > max(SOFTNESS.error_right, left):
+            return None
+        return scene, left_out
 
     def _with_fewer_shadows(self, detail: float, hard: tuple[Scene, dict[str, int]]) -> tuple[Scene, dict[str, int]]:
         """Return the drawing with the first shadows that are explained well, if it is better than ``hard``.
@@ -138,6 +155,20 @@ class SoftDrawing:
     @cached_property
     def _shadows(self) -> Sequence[Shadow]:
         return find_shadows(self.work.image.numpy(), lambda: self._is_time_up) if self.known is None else self.known
+
+    @cached_property
+    def _copies(self) -> CopiedShadows | None:
+        """The work on shadows that are copies of traced pieces; None without one. Known outlines have none."""
+        if self.work.known is not None or self._is_time_up:
+            return None
+        image, is_jpeg = self.work.image.numpy(), self.work.rounding is not None
+        found = find_copies(image, self.hard.rough, lambda: self._is_time_up, is_jpeg)
+        return CopiedShadows(self.work, found[0]) if found else None
+
+    @property
+    def drawn_work(self) -> FlatDrawing:
+        """The work whose paths the last drawing with copies of them has, or else that without soft paths."""
+        return self._copies.clean if not self._shadows and self._copies is not None else self.hard
 
     @cached_property
     def _clean(self) -> FlatDrawing:

@@ -292,6 +292,54 @@ class SoftnessConstants:
     covered_min: float = 0.002
     """Coverage from which on a pixel tells nothing of the shadow: half a level between black and white."""
 
+    # Copies of traced pieces (softness/traced_grounds.py, traced_casters.py, copies.py)
+
+    noises: float = 3.0
+    """Standard deviations of the noise by which a pixel may differ and say nothing."""
+
+    piece_bends: tuple[float, ...] = (8.0, 20.0)
+    """Second differences in levels above which a piece ends at an edge. A shadow of 1.5 px and 85 levels has 9, and an
+    edge half of its contrast; what ends at a faint edge or has a steep shadow is found with one of the two."""
+
+    flat_share: float = 0.35
+    """Least share of the pixels of a traced ground that have its colour: a tracing joins some of the shadow to it."""
+
+    ringing: float = 0.3
+    ringing_max: tuple[float, float] = (3.0, 0.5)
+    """Share of the pixels of a ground whose largest difference from it in a channel is about one standard deviation of
+    its noise, and the most that this may be: so many times the noise of neighbours, and so many levels more."""
+
+    reached_share: float = 0.5
+    """Share of the border of a piece without an edge from which on it is a slab of soft light. It is near 0 or 1."""
+
+    grounds_max: int = 5
+    """Most regions that are asked whether a shadow lies on them."""
+
+    pieces_max: int = 200
+    """Most regions of a picture whose pieces may cast a shadow: more are the texture of a photo."""
+
+    piece_area: int = 9
+    """Fewest pixels of a piece that is asked whether it casts a shadow."""
+
+    starts_max: int = 6
+    """Most pieces that the search begins with, each alone."""
+
+    rough_side: int = 64
+    """Side in pixels of the copy on which the choices that the search begins with are compared."""
+
+    fits_max: int = 2
+    """Most of them that are fitted."""
+
+    slab_border: float = 0.3
+    """Least share of the border of a slab of a shadow that it has with its shape, and with the ground."""
+
+    better: float = 0.98
+    """Error with another choice of pieces, in the one before, below which it is better."""
+
+    caster_off: float = 0.75
+    """As ``caster_unlike``, in pixels of the edge: the pieces of a rough tracing are off by half a pixel, in a JPEG by
+    one."""
+
     same_rounds: int = 2
     """Times that the shapes are fitted above the shadow, and it below them. A third time changes no file."""
 

@@ -125,6 +125,21 @@ def fit_shadow(
     return None if is_far else replace(found, offset=offset, sigma=sigma)
 
 
+def rough_loss(zone: Zone, mask: Floats) -> float:
+    """Return the least share of what is seen that a rough shadow of ``mask`` [h, w] leaves, in a very small copy."""
+    step = -(-max(mask.shape) // SOFTNESS.rough_side)
+    small, own = zone.reduced(step), reduced(mask, step)
+    seen, varied = small.pixels
+    energy = float((seen * seen).sum())
+    if energy <= 0.0 or not own.any():
+        return 1.0
+    losses = []
+    for dx, dy, sigma in _starts(small, own):
+        strength = moved_blur(own, (dx, dy), float(np.exp(sigma)))[small.is_seen]
+        losses.append(float(((seen - explained(strength, seen, varied)) ** 2).sum()))
+    return min(losses) / energy
+
+
 def reduced(values: Floats, step: int) -> Floats:
     """Return the means [h // step, w // step, ...] of blocks of ``step`` x ``step`` pixels."""
     if step == 1:

@@ -24,6 +24,7 @@ from warpvec.flat.softness.grounds import Ground, Parts, find_cards, find_ground
 from warpvec.flat.softness.reached import find_covering, soft_zone, split_parts
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone
 from warpvec.flat.softness.spots import find_spot
+from warpvec.flat.softness.traced_grounds import TracedGround
 from warpvec.image.alpha import from_mattes, is_transparent, over_mattes
 from warpvec.image.spread import largest_channel
 from warpvec.svg.quantize import OPACITY_DECIMALS
@@ -42,7 +43,7 @@ class Shadow:
     """
 
     casters: Floats
-    ground: Ground
+    ground: Ground | TracedGround
     look: FoundShadow
     is_cast: bool
     clean: Floats32
@@ -194,7 +195,7 @@ def _light_on(
         else:
             is_few = parts.seen <= SOFTNESS.plateaus_max
             found = find_cast_shadow(levels, parts, seen, mask, is_time_up) if is_few else None
-        if found is not None and _is_soft(seen, found[2]):
+        if found is not None and is_soft(seen, found[2]):
             return seen, found, mask is not None
     return None
 
@@ -247,7 +248,7 @@ def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, F
     return None
 
 
-def _is_soft(ground: Ground, found: FoundShadow) -> bool:
+def is_soft(ground: Ground | TracedGround, found: FoundShadow) -> bool:
     """Return whether a fit explains what is seen, is blurred, shows, has room, and a colour that can be painted."""
     is_seen = bool(np.abs(found.amplitude).max() >= SOFTNESS.amplitude_min)
     opaque = ground.color + found.amplitude
@@ -268,7 +269,7 @@ def _unshaded(levels: Floats, parts: Parts, ground: Ground, casters: Mask, cast:
     is_shade = largest_channel(np.abs(levels - ground.below - shade)) <= SOFTNESS.jump
     beside = (ground.region & ~near) | ndimage.binary_opening(is_shade & ~casters, np.ones((2, 2)))
     edge = near & ~casters & ground.region & ndimage.binary_dilation(beside, iterations=3)
-    clean[edge] = _mixed_again(levels, ground.below, shade, casters & (parts.number > 0), edge)
+    clean[edge] = mixed_again(levels, ground.below, shade, casters & (parts.number > 0), edge)
     # Two shadows that overlap are a little less than the shadow of both shapes together.
     alike = 3.0 * SOFTNESS.alike + SOFTNESS.overlapping * largest_channel(np.abs(shade))
     is_alike = largest_channel(np.abs(clean - ground.below)) <= alike
@@ -292,7 +293,7 @@ def channels_of(image: Floats32, count: int | None = None) -> Floats:
     return channels[..., :count]
 
 
-def _mixed_again(levels: Floats, below: Floats, shade: Floats, pure: Mask, edge: Mask) -> Floats:
+def mixed_again(levels: Floats, below: Floats, shade: Floats, pure: Mask, edge: Mask) -> Floats:
     """Return the colours of the pixels at an ``edge`` [K, C] by their mix of the nearest ``pure`` one and ``below``."""
     _, (y, x) = ndimage.distance_transform_edt(~pure, return_indices=True)
     own, beside = levels[y, x][edge], (below + shade)[edge]

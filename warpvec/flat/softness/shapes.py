@@ -65,24 +65,29 @@ def cover_of(outline: Scene, shadow: Shadow) -> Scene | None:
     return replace(outline, color=color, opacity=torch.ones(1), gradients=None, softness=None)
 
 
-def casting_paths(shapes: Scene, shadow: Shadow, threads: int | None) -> list[int] | None:
+def casting_paths(shapes: Scene, shadow: Shadow, threads: int | None, edge_off: float = 0.0) -> list[int] | None:
     """Return the outermost paths of ``shapes`` that together are what casts ``shadow``; None if no paths are just that.
 
-    Paths that lie on others do not matter. Several strokes cannot be one path, so they count as none.
+    Paths that lie on others do not matter. Several strokes cannot be one path, so they count as none. The edge of what
+    casts it may be ``edge_off`` pixels off.
     """
     height, width = shadow.casters.shape
     covers = [_coverage(shapes.select(torch.tensor([k])), height, width, threads) for k in range(len(shapes))]
     union, found = np.zeros_like(shadow.casters), []
     for k in sorted(range(len(covers)), key=lambda k: -covers[k].sum()):
         area, common = covers[k].sum(), (covers[k] * shadow.casters).sum()
+        # A square of this area has four such sides.
+        inside_min = SOFTNESS.caster_inside - 2.0 * edge_off / math.sqrt(max(area, 1.0))
         overlap = (covers[k] * union).sum()
-        if common < SOFTNESS.caster_inside * area or overlap > SOFTNESS.caster_inside * area:
+        if common < inside_min * area or overlap > SOFTNESS.caster_inside * area:
             continue
         if overlap > (1.0 - SOFTNESS.caster_inside) * area:
             return None
         union += covers[k]
         found.append(k)
-    is_all = np.abs(union - shadow.casters).sum() <= SOFTNESS.caster_unlike * shadow.casters.sum()
+    edge = (shadow.casters > 0.5) ^ ndimage.binary_erosion(shadow.casters > 0.5)
+    unlike_max = max(SOFTNESS.caster_unlike * shadow.casters.sum(), edge_off * edge.sum())
+    is_all = np.abs(union - shadow.casters).sum() <= unlike_max
     is_one = len(found) == 1 or shapes.strokes is None or not shapes.strokes.is_stroked[found].any()
     return sorted(found) if found and is_all and is_one else None
 

@@ -1,0 +1,43 @@
+"""Shadows that are copies of traced pieces, of pictures that are uneven or were saved as JPEG."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from warpvec.flat.regions.regions import find_regions
+from warpvec.flat.softness.copies import find_copies
+from warpvec.rendering.draw import draw_8_bits
+from warpvec.svg.read import read_svg
+
+CARD = """<svg xmlns="http://www.w3.org/2000/svg" width="96" height="96"><defs>
+<linearGradient id="g" gradientUnits="userSpaceOnUse" x1="15" y1="15" x2="63" y2="52"><stop stop-color="#ffb347"/>
+<stop offset="1" stop-color="#d1345b"/></linearGradient><filter id="b" filterUnits="userSpaceOnUse" x="-50" y="-50"
+width="200" height="200" color-interpolation-filters="sRGB"><feGaussianBlur stdDeviation="2.5"/></filter></defs>
+<rect width="96" height="96" fill="#f4f1ea"/>{shadow}<rect x="15" y="15" width="46" height="34" rx="6" fill="url(#g)"/>
+<circle cx="66" cy="58" r="18" fill="#2a6f97"/><path d="M10 84L30 57L50 84Z" fill="#386641"/></svg>"""
+
+SHADOW = '<rect x="18" y="20" width="46" height="34" rx="6" fill="#000" fill-opacity=".35" filter="url(#b)"/>'
+
+
+def picture(shadow: str, noise: float) -> np.ndarray:
+    levels = draw_8_bits(read_svg(CARD.format(shadow=shadow)).scene, 96, 96, 1)[..., :3].astype(np.float64)
+    noisy = levels + np.random.default_rng(0).normal(0.0, noise, levels.shape) if noise else levels
+    return np.asarray(np.rint(noisy).clip(0, 255) / 255.0, np.float32)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_a_card_among_shapes_casts_its_shadow_even_in_noise(noise: float) -> None:
+    pytest.importorskip("svgelements")
+    image = picture(SHADOW, noise)
+    found = find_copies(image, find_regions(image), lambda: False, False)
+    assert len(found) == 1
+    assert found[0].look.sigma == pytest.approx(2.5, rel=0.2)
+    assert found[0].look.offset == pytest.approx((3.0, 5.0), abs=0.6)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_shapes_without_a_shadow_have_none(noise: float) -> None:
+    pytest.importorskip("svgelements")
+    image = picture("", noise)
+    assert not find_copies(image, find_regions(image), lambda: False, False)

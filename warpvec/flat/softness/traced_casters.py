@@ -1,0 +1,189 @@
+"""Find which pieces of a tracing cast a shadow on a ground, and that shadow.
+
+A shadow is the union of some pieces, moved by (dx, dy) and blurred by sigma, times an amplitude in each channel. What
+another shape hides of a piece casts it too: the hull of the pieces tells how far it goes on there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Mask
+from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.flat.regions.regions import Regions
+from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, explained, fit_shadow, moved_blur, rough_loss
+from warpvec.flat.softness.traced_grounds import TracedGround, borders
+from warpvec.image.spread import largest_channel
+
+
+@dataclass(frozen=True)
+class Casting:
+    """The pieces of a tracing on a ground, any of which may cast a shadow.
+
+    Attributes:
+        ground: what they lie on.
+        change: the picture minus the ground, in levels [h, w, C].
+        regions: the tracing.
+    """
+
+    ground: TracedGround
+    change: Floats
+    regions: Regions
+
+    @cached_property
+    def numbers(self) -> list[int]:
+        """The pieces that are large enough to be asked, the largest first."""
+        sizes = np.bincount(self.ground.pieces.ravel())
+        sizes[0] = 0
+        large = np.flatnonzero(sizes >= SOFTNESS.piece_area)
+        return [int(k) for k in large[np.argsort(-sizes[large], kind="stable")]][: SOFTNESS.shapes_max]
+
+    @cached_property
+    def everything(self) -> frozenset[int]:
+        """All pieces."""
+        return frozenset(np.unique(self.ground.pieces).tolist()) - {0}
+
+    def mask(self, chosen: frozenset[int], is_completed: bool = True) -> Floats:
+        """Return the coverage [h, w] of the ``chosen`` pieces, with what other pieces hide of them if asked for."""
+        pieces = self.ground.pieces
+        own = np.isin(pieces, list(chosen))
+        # The rest of a pixel at an edge belongs to the neighbour.
+        near = ndimage.grey_dilation(np.where(own, 1, 0), (3, 3)) > 0
+        edge = near & (self.regions.share < 1.0)
+        other_in = edge & ~own & np.isin(self.regions.other, np.unique(self.regions.label[own]))
+        share = self.regions.share.astype(np.float64)
+        covered = np.where(own, 1.0, 0.0)
+        beside_open = own & edge & ndimage.binary_dilation(~(pieces > 0))
+        covered = np.where(beside_open, share, covered)
+        covered = np.where(other_in & (pieces == 0), 1.0 - share, covered)
+        if is_completed and len(chosen) < len(self.everything):
+            covered = np.where(_hull(own) & (pieces > 0) & ~own, 1.0, covered)
+        return covered
+
+    def slabs_beside(self, number: int) -> frozenset[int]:
+        """Return the smaller pieces between one piece and the ground: the tracing may have made them of its shadow."""
+        first, second, _ = self._borders
+        met = np.bincount(first, minlength=len(self._sizes))
+        beside = np.bincount(first[second == number], minlength=len(met))
+        on_ground = np.bincount(first[self.ground_like[second]], minlength=len(met))
+        least = SOFTNESS.slab_border * met
+        is_slab = (beside >= least) & (on_ground >= least) & (met > 0) & (2 * self._sizes < self._sizes[number])
+        return frozenset(np.flatnonzero(is_slab).tolist()) & self.everything
+
+    @cached_property
+    def _sizes(self) -> NDArray[np.int64]:
+        return np.bincount(self.ground.pieces.ravel())
+
+    @cached_property
+    def ground_like(self) -> Mask:
+        """Whether each number [P] stands for the ground, and for no piece on it."""
+        found = self._sizes == 0
+        found[0] = True
+        return np.asarray(found)
+
+    @cached_property
+    def _borders(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
+        pieces = self.ground.pieces + 1  # the ground has a number too
+        first, second, marked = borders(pieces, self.ground.is_open)
+        return first - 1, second - 1, marked
+
+    def best(self, coarse_max: float) -> tuple[Casting, Floats, FoundShadow] | None:
+        """Return the coverage [h, w] of what casts the shadow that fits best, and it; None if none does.
+
+        With it comes the casting in which slabs of the shadow are no pieces.
+        """
+        found = self._best(coarse_max)
+        for number in self.numbers[: SOFTNESS.starts_max]:
+            slabs = self.slabs_beside(number)
+            if slabs and (found is None or found[2].unexplained > SOFTNESS.explained):
+                opened = replace(self, ground=self.ground.opened(slabs))
+                again = opened._best(coarse_max)
+                if again is not None and (found is None or again[2].unexplained < found[2].unexplained):
+                    found = again
+        return found
+
+    def _best(self, coarse_max: float) -> tuple[Casting, Floats, FoundShadow] | None:
+        zone = Zone(self.change, self.ground.deviation, self.ground.is_open)
+        masks = [(chosen, self.mask(chosen)) for chosen in self._starts()]
+        masks.sort(key=lambda each: rough_loss(zone, each[1]))
+        fits = [(chosen, fit_shadow(zone, mask, None, 1.0)) for chosen, mask in masks[: SOFTNESS.fits_max]]
+        tried = [(look.unexplained, chosen, look) for chosen, look in fits if look is not None]
+        if not tried:
+            return None
+        _, chosen, look = min(tried, key=lambda each: each[0])
+        if self._without_noise(look, zone).unexplained > coarse_max:
+            return None
+        for _ in range(SOFTNESS.rounds):
+            before = chosen
+            chosen = self._toggled(chosen, look)
+            zone = self._trimmed(self.mask(chosen), look)
+            again = fit_shadow(zone, self.mask(chosen), look)
+            if again is None:
+                return None
+            is_settled, look = abs(np.log(again.sigma / look.sigma)) < SOFTNESS.settled, again
+            if chosen == before and is_settled:
+                break
+        return self, self.mask(chosen), self._without_noise(look, zone)
+
+    def _starts(self) -> Iterator[frozenset[int]]:
+        yield self.everything
+        if len(self.everything) > 1:
+            yield from (frozenset([k]) for k in self.numbers[: SOFTNESS.starts_max])
+
+    def _toggled(self, chosen: frozenset[int], look: FoundShadow) -> frozenset[int]:
+        """Return the ``chosen`` pieces with each that helps to explain the picture, and without each that does not."""
+        loss = self._loss(chosen, look)
+        for number in self.numbers:
+            other = chosen ^ {number}
+            if other and (again := self._loss(other, look)) < SOFTNESS.better * loss:
+                chosen, loss = other, again
+        return chosen
+
+    def _loss(self, chosen: frozenset[int], look: FoundShadow) -> float:
+        """Return the squared error that a shadow of the ``chosen`` pieces leaves; single pixels hardly count."""
+        is_open, varied = self.ground.is_open, self.ground.deviation
+        seen = self.change[is_open]
+        own = moved_blur(self.mask(chosen), look.offset, look.sigma)[is_open]
+        left = seen - explained(own, seen, None if varied is None else varied[is_open])
+        return float(np.minimum((left * left).sum(1), self._most(look) ** 2).sum())
+
+    def _most(self, look: FoundShadow) -> float:
+        """Return up to how many levels a pixel may differ from the shadow and yet show it."""
+        amplitude = SOFTNESS.off_amplitude * float(np.abs(look.amplitude).max())
+        return max(SOFTNESS.off_levels, amplitude, 2.0 * SOFTNESS.noises * self.ground.noise)
+
+    def _trimmed(self, mask: Floats, look: FoundShadow) -> Zone:
+        """Return the zone without what is far from the shadow, if it is little: thin things without a piece."""
+        is_open = self.ground.is_open
+        rest = largest_channel(np.abs(self.change - look.shade_of(mask, self.ground.deviation)))
+        is_off = is_open & (rest > self._most(look))
+        few = is_off.sum() <= SOFTNESS.cast_off * max(int((is_open & ~self.ground.is_seen).sum()), 1)
+        return Zone(self.change, self.ground.deviation, is_open & ~is_off if few else is_open)
+
+    def _without_noise(self, look: FoundShadow, zone: Zone) -> FoundShadow:
+        """Return ``look`` with the share that it leaves unexplained beside the noise of the picture."""
+        seen = zone.pixels[0]
+        energy, noise = float((seen * seen).sum()), self.ground.noise**2 * seen.size
+        rest = max(look.unexplained * energy - noise, 0.0)
+        return replace(look, unexplained=rest / max(energy - noise, 1e-12))
+
+
+def _hull(mask: Mask) -> Mask:
+    """Return the pixels of the convex hull of ``mask`` [h, w]."""
+    from scipy.spatial import ConvexHull, QhullError  # pictures without a shadow need not load it
+
+    points = np.argwhere(mask & ~ndimage.binary_erosion(mask))
+    try:
+        corners = points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        return mask
+    canvas = Image.new("1", mask.shape[::-1])
+    ImageDraw.Draw(canvas).polygon([(int(x), int(y)) for y, x in corners], fill=1, outline=1)
+    return np.asarray(canvas, np.bool_)

@@ -1,0 +1,232 @@
+"""Find what a shadow may lie on, and which shapes lie on it, from a first, rough tracing of the picture.
+
+A shadow fades into its ground without an edge, so the ground *reaches* it pixel by pixel. Shapes have edges, so the
+ground ends there. Pieces of the tracing that the ground reaches are slabs and bands that it made of soft light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Mask
+from warpvec.flat.connected_parts import with_filled_holes
+from warpvec.flat.constants.softness import SOFTNESS
+from warpvec.flat.regions.regions import Regions
+from warpvec.image.spread import largest_channel
+
+
+@dataclass(frozen=True)
+class TracedGround:
+    """What a shadow lies on, in levels.
+
+    Attributes:
+        color: its middle colour [C].
+        below: its colour at each pixel [h, w, C], also where something hides it.
+        is_flat: whether it has one colour.
+        noise: standard deviation of the picture from it.
+        region: where it can lie [h, w]: everywhere, or in a shape of the drawing.
+        is_open: where nothing covers it [h, w].
+        is_seen: where the picture shows it without a shadow [h, w], in its region.
+        pieces: the number of the sharp piece of the tracing that covers it at each pixel [h, w], from 1 on; 0 for none.
+    """
+
+    color: Floats
+    below: Floats
+    is_flat: bool
+    noise: float
+    region: Mask
+    is_open: Mask
+    is_seen: Mask
+    pieces: NDArray[np.int32]
+
+    @property
+    def deviation(self) -> Floats | None:
+        """How far its colour is from the middle one [h, w, C]; None if it has one colour."""
+        return None if self.is_flat else self.below - self.color
+
+    @property
+    def alike(self) -> float:
+        """Largest difference from it, in levels, that says nothing."""
+        return SOFTNESS.alike + SOFTNESS.noises * self.noise
+
+    def after(self, levels: Floats) -> TracedGround:
+        """Return the ground as the ``levels`` [h, w, C] of another picture of the same shapes show it."""
+        return replace(self, is_seen=self.is_open & (_smooth_change(levels - self.below, self.noise) <= self.alike))
+
+    def opened(self, slabs: frozenset[int]) -> TracedGround:
+        """Return the ground with some of its pieces taken for soft light on it."""
+        pieces = np.where(np.isin(self.pieces, list(slabs)), 0, self.pieces)
+        is_open = self.region & ~ndimage.binary_dilation(pieces > 0, np.ones((3, 3)))
+        return replace(self, pieces=pieces, is_open=is_open, is_seen=self.is_seen & is_open)
+
+
+def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False) -> Iterator[TracedGround]:
+    """Yield the grounds of a picture, ``levels`` [h, w, C], on which shadows may lie; the canvas is first.
+
+    What ends at an edge is asked twice, as the steepest shadows bend as much as faint edges.
+    """
+    label, pieces = regions.label, _pieces(regions)
+    sizes = np.bincount(label.ravel(), minlength=len(regions))
+    noise = _noise_of(levels, _near_edges(label), is_jpeg)
+    at_border = set(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]).tolist())
+    order = sorted(range(len(regions)), key=lambda k: (k != regions.canvas, k not in at_border, -sizes[k]))
+    least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
+    large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
+    edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
+    for k in large[: SOFTNESS.grounds_max]:
+        is_clear = bool(regions.paints.opacity[k] == 0.0)
+        if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
+            continue
+        shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
+        for each in edges:
+            ground = _ground(shown, (label == k) & (regions.share == 1.0), each, pieces, k in at_border, noise)
+            if ground is not None:
+                yield ground
+
+
+def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
+    """Return a region [h, w] without the mixed pixels far from its pure ones, if most of it is pure.
+
+    Soft light beside a shape looks like a mix of it and something else.
+    """
+    pure = own & (share == 1.0)
+    if pure.sum() < 0.5 * own.sum():
+        return own
+    return own & ndimage.binary_dilation(pure, np.ones((3, 3)))
+
+
+def _near_edges(label: NDArray[np.int32]) -> Mask:
+    """Return the pixels [h, w] near the edges of a map of regions, ``label`` [h, w], but not at them.
+
+    There is the noise of a JPEG, which has none in still areas.
+    """
+    edge = ndimage.maximum_filter(label, 3) != ndimage.minimum_filter(label, 3)
+    return ndimage.binary_dilation(edge, iterations=6) & ~ndimage.binary_dilation(edge, iterations=2)
+
+
+def _ground(
+    levels: Floats, area: Mask, edges: Mask, pieces: NDArray[np.int32], is_outer: bool, noise_min: float
+) -> TracedGround | None:
+    """Return an ``area`` [h, w] of one region as the ground; None if it has not one colour or gradient."""
+    area = area & ~edges
+    if area.sum() < SOFTNESS.zone_area:
+        return None
+    found = _flat(levels, area) or _graded(levels, area)
+    if found is None:
+        return None
+    below, color, is_flat, noise = found
+    noise = max(noise, noise_min)
+    soft = _reached(pieces, np.unique(pieces[area]), edges)
+    soft[0] = True  # pixels of no piece
+    is_soft = soft[pieces]
+    region = np.ones_like(area) if is_outer else with_filled_holes(is_soft)
+    covering = np.where(region & ~is_soft, pieces, 0)
+    is_open = region & is_soft & ~ndimage.binary_dilation(covering > 0, np.ones((3, 3)))
+    ground = TracedGround(color, below, is_flat, noise, region, is_open, is_open, covering)
+    return ground.after(levels)
+
+
+def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
+    """Return which ``pieces`` [h, w] a ground of its ``own`` reaches [P]: it mostly meets them without an edge."""
+    count = int(pieces.max()) + 1
+    first, second, is_edge = borders(pieces, ndimage.binary_dilation(edges, np.ones((3, 3))))
+    soft = np.zeros(count, np.bool_)
+    soft[own] = True
+    while True:
+        meets = soft[first] & ~soft[second]
+        all_met, sharp = (np.bincount(second[meets], weight[meets], count) for weight in (np.ones(len(first)), is_edge))
+        more = (all_met > 0) & (sharp < SOFTNESS.reached_share * all_met)
+        if not more.any():
+            return soft
+        soft |= more
+
+
+def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
+    """Return the pieces on either side of each border of two pixels, both ways [B], and if one is ``marked`` [B].
+
+    ``pieces`` and ``marked`` are maps [h, w].
+    """
+    _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
+    whole, pairs = pieces[y, x], []
+    for one, two, edge in (
+        (whole[1:], whole[:-1], marked[1:] | marked[:-1]),
+        (whole[:, 1:], whole[:, :-1], marked[:, 1:] | marked[:, :-1]),
+    ):  # fmt: skip
+        is_border = one != two
+        pairs += [(one[is_border], two[is_border], edge[is_border]), (two[is_border], one[is_border], edge[is_border])]
+    first, second, is_marked = (np.concatenate(each) for each in zip(*pairs, strict=True))
+    return first, second, is_marked
+
+
+def _pieces(regions: Regions) -> NDArray[np.int32]:
+    """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on."""
+    found, count = np.zeros(regions.label.shape, np.int32), 0
+    for k, box in enumerate(ndimage.find_objects(regions.label + 1)):
+        if box is not None:
+            own, more = ndimage.label(_without_blends(regions.label[box] == k, regions.share[box]), np.ones((3, 3)))
+            found[box] += np.where(own > 0, own + count, 0).astype(np.int32)
+            count += more
+    return found
+
+
+def _sharp_edges(levels: Floats, bend_max: float) -> Mask:
+    """Return the pixels [h, w] at which the second difference of neighbours in ``levels`` [h, w, C] is large."""
+    along = (np.abs(ndimage.correlate1d(levels, [1.0, -2.0, 1.0], axis, mode="nearest")) for axis in (0, 1))
+    bends = np.maximum(*map(largest_channel, along))
+    return np.asarray(bends > bend_max)
+
+
+def _flat(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | None:
+    """Return colours, middle colour, whether it is flat, and noise of an ``area`` [h, w] of one colour; None if not."""
+    color = np.median(levels[area], axis=0)
+    away = np.abs(levels[area] - color).max(1)
+    noise = _noise_of(levels, area)
+    # Ringing of a JPEG bends less than noise does.
+    factor, more = SOFTNESS.ringing_max
+    noise = float(np.clip(np.quantile(away, SOFTNESS.ringing), noise, factor * noise + more))
+    if (away <= SOFTNESS.alike + SOFTNESS.noises * noise).mean() < SOFTNESS.flat_share:
+        return None
+    return np.broadcast_to(color, levels.shape), color, True, noise
+
+
+def _noise_of(levels: Floats, area: Mask, is_uneven: bool = False) -> float:
+    """Return the standard deviation of noise of a picture in an ``area`` [h, w], by second differences along rows.
+
+    That of a JPEG ``is_uneven``, so that the median of the differences says too little.
+    """
+    if not area.any():
+        return 0.0
+    bends = ndimage.correlate1d(levels, [1.0, -2.0, 1.0], 1, mode="nearest")[area]
+    if is_uneven:
+        return float(np.sqrt(np.mean(bends * bends) / 6.0))
+    return float(np.median(np.abs(bends)) / 0.6745 / 6.0**0.5)
+
+
+def _graded(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | None:
+    """Return what `_flat` does of an ``area`` [h, w] of a gradient along a line, most of which is that; None if not."""
+    rows, columns = np.nonzero(area)
+    if len(rows) > SOFTNESS.graded_samples:
+        chosen = np.random.default_rng(0).choice(len(rows), SOFTNESS.graded_samples, replace=False)
+        rows, columns = rows[chosen], columns[chosen]
+    places = np.stack([np.ones(len(rows)), columns, rows], 1)
+    colors, noise = levels[rows, columns], _noise_of(levels, area)
+    is_like, like = np.ones(len(rows), np.bool_), SOFTNESS.alike + SOFTNESS.noises * noise
+    for _ in range(SOFTNESS.graded_rounds):
+        slopes = np.linalg.lstsq(places[is_like], colors[is_like], rcond=None)[0]
+        rest = np.abs(colors - places @ slopes).max(1)
+        is_like = rest <= max(like, float(np.median(rest)))
+    if (rest <= like).mean() < SOFTNESS.flat_share:
+        return None
+    y, x = np.indices(area.shape)
+    below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
+    return below, np.median(below[rows, columns], axis=0), False, noise
+
+
+def _smooth_change(change: Floats, noise: float) -> Floats:
+    """Return the largest channel of a ``change`` [h, w, C], without most of its noise."""
+    return largest_channel(np.abs(ndimage.gaussian_filter(change, (1.0, 1.0, 0.0)) if noise > 0.3 else change))
