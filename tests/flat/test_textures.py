@@ -12,7 +12,7 @@ from sweep import sweep
 
 from warpvec.flat.cutting.windows import with_windows
 from warpvec.flat.texture_outlines import with_key
-from warpvec.flat.textures import find_textures
+from warpvec.flat.textures import _has_many_levels, find_textures
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 from warpvec.svg.resvg import rasterize
@@ -47,6 +47,14 @@ def test_drawings_and_photos_have_no_photos_in_them() -> None:
     lines[share > 0.0] = 1.0
     lines[30:130:6, 80:180] = 0.0
     assert find_textures(lines) is None
+
+
+def test_traces_of_a_jpeg_around_an_edge_are_no_levels_of_a_photo() -> None:
+    noise = np.random.default_rng(1).normal(0.0, 9.0, (40, 40, 3))
+    edge = np.where(np.arange(40)[:, None] < 20, 0.0, 255.0)
+    traces = np.rint(edge + noise).clip(0.0, 255.0).astype(np.int16)
+    assert not _has_many_levels(traces.reshape(-1, 3))
+    assert _has_many_levels(np.rint(255.0 * texture(40, 40)).astype(np.int16).reshape(-1, 3))
 
 
 def test_what_lies_below_a_drawing_shows_in_its_windows_alone() -> None:

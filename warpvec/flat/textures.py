@@ -16,7 +16,9 @@ from warpvec.flat.constants.mode_choice import MODE_CHOICE
 from warpvec.flat.constants.textures import TEXTURES
 from warpvec.flat.explanation import is_shorter_as_photo
 from warpvec.flat.mode_choice import Levels, flatness, shares_of_image
-from warpvec.image.spread import spread
+from warpvec.flat.mono import otsu_threshold
+from warpvec.flat.regions.regions import find_regions, unexplained
+from warpvec.image.spread import largest_channel, spread
 
 
 def find_textures(image: Floats32, is_jpeg: bool = False, jpeg: Jpeg | None = None) -> Mask | None:
@@ -44,8 +46,11 @@ def find_textures(image: Floats32, is_jpeg: bool = False, jpeg: Jpeg | None = No
         if (
             is_part.sum() >= area_min
             and _is_texture(is_part, change[place])
+            and _is_rough(is_part, levels[place])
+            and _has_many_levels(levels[place][is_part])
             and not _is_flat_box(image[place])
-            and _is_photo(place, image, jpeg)  # last, as it takes longest
+            and not _is_drawing(is_part, image[place])  # these two last, as they take longest
+            and _is_photo(place, image, jpeg)
         ):
             found[place] |= is_part
     return _with_edges(found, ~is_drawn) if count and found.any() else None
@@ -115,22 +120,62 @@ def _is_texture(is_part: Mask, change: Levels) -> bool:
     )
 
 
+def _is_rough(is_part: Mask, levels: Levels) -> bool:
+    """Return whether the ``levels`` of a part [h, w] differ from those around them. Those of a shadow do not."""
+    inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
+    rough = largest_channel(np.abs(levels - ndimage.uniform_filter(levels.astype(np.float64), (3, 3, 1))))
+    return bool(inside.any() and (rough[inside] > TEXTURES.rough_change).mean() >= TEXTURES.rough_min)
+
+
+def _has_many_levels(levels: Levels) -> bool:
+    """Return whether ``levels`` [n, 3] are more than a dark and a light one, as those around the edge of a JPEG are."""
+    gray = levels.mean(1)
+    is_dark = gray < 255.0 * otsu_threshold(gray / 255.0)
+    if is_dark.all() or not is_dark.any():
+        return True
+    dark, light = np.median(gray[is_dark]), np.median(gray[~is_dark])
+    off = np.abs(gray - np.where(is_dark, dark, light))
+    return bool((off > TEXTURES.off_share * (light - dark)).mean() >= TEXTURES.off_min)
+
+
 def _is_flat_box(image: Floats32) -> bool:
     """Return whether the box ``image`` [h, w, 3] around a part would be flat art beyond doubt."""
     shares = shares_of_image(image)
     return flatness(shares) > TEXTURES.flatness_max and shares.shading < TEXTURES.shading_min
 
 
+def _is_drawing(is_part: Mask, image: Floats32) -> bool:
+    """Return whether few regions of flat art leave little of a part [h, w] of ``image`` [h, w, 3].
+
+    The price alone takes a soft shadow in a JPEG for a photo: regions have no soft paths.
+    """
+    middle = _middle(is_part.shape)
+    is_part, image = is_part[middle], image[middle]
+    inside = ndimage.binary_erosion(is_part, iterations=TEXTURES.core_reach)
+    if not inside.any():
+        return False
+    image = np.ascontiguousarray(image[..., :3])
+    regions = find_regions(image)
+    count, left = len(np.unique(regions.label[inside])), unexplained(regions.mixed(), image, inside)
+    is_little = left <= TEXTURES.drawing_rest_max and count**0.5 * left <= TEXTURES.drawing_root_max
+    return is_little and count * left <= TEXTURES.drawing_product_max
+
+
 def _is_photo(place: tuple[slice, ...], image: Floats32, jpeg: Jpeg | None) -> bool:
-    """Return whether a photo says the part of ``image`` [h, w, 3] at a ``place`` more briefly than regions do."""
-    return is_shorter_as_photo(np.ascontiguousarray(image[_middle(place)]), jpeg)
+    """Return whether a photo says the middle of the part of ``image`` [h, w, 3] at a ``place`` more briefly.
 
-
-def _middle(place: tuple[slice, ...]) -> tuple[slice, ...]:
-    """Return the middle of a ``place``, at most as large as one that is judged in a second, on the grid of a JPEG."""
+    The middle lies on the grid of a JPEG.
+    """
     sides = [min(each.stop - each.start, TEXTURES.judged_side) for each in place]
     starts = [(each.start + each.stop - side) // 2 // 16 * 16 for each, side in zip(place, sides, strict=True)]
-    return tuple(slice(start, start + side) for start, side in zip(starts, sides, strict=True))
+    middle = tuple(slice(start, start + side) for start, side in zip(starts, sides, strict=True))
+    return is_shorter_as_photo(np.ascontiguousarray(image[middle]), jpeg)
+
+
+def _middle(shape: tuple[int, ...]) -> tuple[slice, ...]:
+    """Return the middle of an area of this ``shape``, at most as large as one that is judged in a second or two."""
+    starts = [max(side - TEXTURES.judged_side, 0) // 2 for side in shape]
+    return tuple(slice(start, start + TEXTURES.judged_side) for start in starts)
 
 
 def _with_edges(found: Mask, is_other: Mask) -> Mask:
