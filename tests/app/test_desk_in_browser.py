@@ -94,7 +94,7 @@ def test_broken_files_are_named_and_harm_nothing(desk: DeskPage, tmp_path: Path,
     desk.page.wait_for_function("() => document.querySelectorAll('#pictures .state')[1]?.textContent === 'done'")
     assert desk.states() == ["broken failed", "photo done"]
     desk.page.locator("#pictures .open").first.click()
-    assert "must be a complete PNG, JPEG" in desk.status()
+    assert "must be a complete image, such as PNG, JPEG" in desk.status()
     desk.complaints.remove(next(text for text in desk.complaints if "422" in text))  # the browser's note
 
 

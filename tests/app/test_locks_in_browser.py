@@ -39,11 +39,11 @@ def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
     desk.wait_for_status("done")
     page.evaluate(RECOLOUR, ["#2e9b4f", "#ff8000"])
     page.get_by_label("Lock orange #ff8000").check()
-    page.get_by_label("Show gold #f2c230").uncheck()
+    page.get_by_label("Show goldenrod #f2c230").uncheck()
     with desk.fitting():
         page.locator("#set-cutout").check()
     expected = {
-        "orange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False], "gold": [False, False],
+        "darkorange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False], "goldenrod": [False, False],
     }  # fmt: skip
     wait_for_states(desk, expected)
     page.evaluate("() => { window.sent = null; window.desk.fitAgain = (text, locked) => { window.sent = locked; }; }")

@@ -101,7 +101,7 @@ def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out
     assert process.returncode == 1, log
     records = _records(out)
     assert sorted(records) == ["bad.png", *(f"p{k}.png" for k in range(4))]
-    assert "bad.png must be a complete PNG" in records.pop("bad.png")["error"]
+    assert "bad.png must be a complete image" in records.pop("bad.png")["error"]
     assert "bad.png: failed: bad.png must be" in log
     assert sorted(record["attempts"] for record in records.values()) == [1, 1, 1, 2]
     assert "tried again: the worker process was killed by signal 9" in log

@@ -112,7 +112,7 @@ def test_a_killed_worker_costs_its_photo_an_attempt(cluster: None, photos: Path,
         records = {record.input: record for record in run_batch(jobs, work, engine, journal, killer)}
 
     assert sorted(records) == sorted(job.input for job in jobs)
-    assert "bad.png must be a complete PNG" in (records.pop("bad.png").error or "")
+    assert "bad.png must be a complete image" in (records.pop("bad.png").error or "")
     assert {name: (record.error, record.attempts) for name, record in records.items()} == {
         "more/p4.png": (None, 1), "p0.png": (None, 1), "p1.png": (None, 2), "p2.png": (None, 1), "p3.png": (None, 1),
     }  # fmt: skip

@@ -106,7 +106,7 @@ def test_the_area_gradient_grows_as_r_squared_and_the_boundary_gradient_as_r() -
     """
     radii, area, boundary = [8, 16, 32], [], []
     for radius, places in zip(radii, (2, 2, 1), strict=True):
-        found = averaged_center_adjoint(radius, Settings(), places, math.pi / 4)
+        found = averaged_center_adjoint(radius, Settings(64, 40), places, math.pi / 4)
         area.append(found[1:-1].sum((0, 1)).norm().item())
         boundary.append(found[[0, -1]].norm(dim=-1).sum().item())
     assert exponent(radii, area) == pytest.approx(2.0, abs=0.15)
