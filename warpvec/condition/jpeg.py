@@ -7,13 +7,11 @@ Exposing digital forgeries from JPEG ghosts, 2009; the table: ITU-T T.81, annex 
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from warpvec.arrays import Floats, Mask
 from warpvec.condition.constants import CONDITION
@@ -48,15 +46,6 @@ class Jpeg:
 
     quality: int
     is_subsampled: bool
-
-    side_max: ClassVar[int] = 65500
-    """Longest side in pixels that libjpeg writes."""
-
-    def saved(self, levels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return ``levels`` [h, w, 3], of at most ``side_max`` pixels a side, as they come back from such a JPEG."""
-        file = io.BytesIO()
-        Image.fromarray(levels).save(file, "JPEG", quality=self.quality, subsampling=2 if self.is_subsampled else 0)
-        return np.asarray(Image.open(file))
 
 
 def steps_of(quality: int) -> Floats:

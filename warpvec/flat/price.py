@@ -1,4 +1,4 @@
-"""The price of a drawing in nats: what its words take, so that drawings can be compared with what they leave.
+"""The price of a drawing in nats: its words have one table, so that they can be weighed against what they leave.
 
 A drawing of flat art is the shorter, the fewer numbers its file says. A number says one of the places that its range
 holds at its precision. What is said already costs little. Source: Rissanen, Modeling by shortest data description,

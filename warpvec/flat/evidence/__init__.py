@@ -1,1 +1,1 @@
-"""What is known of the pixels of a picture before anything is drawn: how uncertain they are, and what they hold."""
+"""The pixels of a picture before anything is drawn: how uncertain they are, and what they cost as a photo."""

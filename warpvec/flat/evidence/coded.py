@@ -1,4 +1,4 @@
-"""What a picture costs as a picture, and not as a drawing: the nats that a transform coder takes.
+"""Price a picture as a photo: the nats that a transform coder takes.
 
 A coder of cosine transforms says a photo briefly, and a drawing of even areas and sharp edges at length. So it is the
 other explanation that regions of flat art compete with.
@@ -18,8 +18,8 @@ from warpvec.condition.jpeg import color_steps_of, steps_of
 from warpvec.flat.evidence.evidence import Evidence
 
 _SHIFT = 4
-"""Pixels by which a JPEG is moved before it is coded again. On its own blocks it costs what its file does, however it
-came to be."""
+"""Pixels by which a JPEG is moved before it is coded again. Its own blocks would cost as little as those of its
+file, for a drawing as for a photo."""
 
 _MISFIT_MAX = 1.5
 """Nats that rounding by steps of the deviation times the root of 12 leaves of a pixel: half for each channel."""
