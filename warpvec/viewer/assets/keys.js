@@ -31,7 +31,8 @@ const KEYS = [
   ["P", "show or hide the picture on the left half"],
 ];
 
-const USED_BY_CONTROLS = /^(Arrow|Home|End|Page|Enter| )/;
+const USED_BY_INPUTS = /^(Arrow|Home|End|Page|Enter| )/;
+const USED_BY_BUTTONS = /^(Enter| )/;
 export const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export function connectKeys(app) {
@@ -76,7 +77,8 @@ function isText(element) {
 /** Runs the action of a key, unless the focused control uses it (arrows in a slider, letters in a list). */
 function plainKey(app, event) {
   if (event.altKey || isText(event.target) || event.target.matches("select")) return false;
-  if (event.target.matches("input, button, summary") && USED_BY_CONTROLS.test(event.key)) return false;
+  if (event.target.matches("input") && USED_BY_INPUTS.test(event.key)) return false;
+  if (event.target.matches("button, summary") && USED_BY_BUTTONS.test(event.key)) return false;
   const arrow = ARROWS[event.key];
   if (arrow) {
     const step = event.shiftKey ? BIG_STEP : STEP;
