@@ -15,10 +15,11 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.soft_drawing import SoftDrawing
 from warpvec.flat.softness.casters import _bare, find_casters
+from warpvec.flat.softness.drawn_casters import DrawnCasters
 from warpvec.flat.softness.grounds import find_grounds, find_parts, find_plateaus
 from warpvec.flat.softness.shadow_fitting import FoundShadow
 from warpvec.flat.softness.shadows import find_shadow, find_shadows
-from warpvec.flat.softness.shapes import casting_paths, find_gaps, measured_again, paths_below
+from warpvec.flat.softness.shapes import find_gaps, paths_below
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
@@ -290,13 +291,14 @@ def test_a_shadow_becomes_one_soft_path() -> None:
 def test_what_casts_a_shadow_is_found_among_the_paths() -> None:
     pytest.importorskip("svgelements")
     top = '<circle cx="36" cy="32" r="5" fill="#fc3"/>'
-    shadow = find_shadow(picture(top=top))
+    image = picture(top=top)
+    shadow = find_shadow(image)
     assert shadow is not None
     size = 'width="80" height="80"'
     text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><path d="M24 24h28v16h-12v14h-16z"/>{top}</svg>'
     shapes = read_svg(text).scene
-    assert casting_paths(shapes, shadow, 1) == [0]
-    assert casting_paths(shapes.moved(6.0, 0.0), shadow, 1) is None
+    assert DrawnCasters(image, shapes, shadow, 1).find() == [0]  # the disc lies in the same shadow
+    assert DrawnCasters(image, shapes.moved(60.0, 0.0), shadow, 1).find() is None
 
 
 def test_the_shadow_on_a_card_lies_above_it_though_other_cards_have_its_colour() -> None:
@@ -321,9 +323,8 @@ def test_a_line_beside_a_shape_hides_its_part_of_the_shadow() -> None:
     shadow = find_shadow(picture())
     assert shadow is not None
     text = f'<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><path d="{SHAPE}"/>{line}</svg>'
-    again = measured_again(
-        image, read_svg(text).scene, [0], replace(shadow, look=replace(shadow.look, sigma=2.5, offset=(3.0, 5.0))), 1
-    )
+    rough = replace(shadow, look=replace(shadow.look, sigma=2.5, offset=(3.0, 5.0)))
+    again = DrawnCasters(image, read_svg(text).scene, rough, 1).measured([0])
     assert again.look.sigma == pytest.approx(3.0, rel=0.02) and again.look.offset == pytest.approx((4.0, 6.0), abs=0.05)
     np.testing.assert_allclose(again.look.amplitude / 255.0, -0.6, atol=0.01)
 

@@ -11,9 +11,10 @@ from torch import Tensor
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.softness.drawn_casters import DrawnCasters
 from warpvec.flat.softness.shaded_rounding import ShadedRounding
 from warpvec.flat.softness.shadows import Shadow
-from warpvec.flat.softness.shapes import as_one, casting_paths, measured_again, paths_below, soft_copy
+from warpvec.flat.softness.shapes import as_one, paths_below, soft_copy
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
 
@@ -61,13 +62,13 @@ class CopiedShadows:
         shapes = _above(sharp, below)
         if not 0 < len(shapes) <= SOFTNESS.casting_max:
             return None
-        casters = casting_paths(shapes, self.shadow, threads, SOFTNESS.caster_off)
+        picture, shadow = self._picture.numpy(), self.shadow
+        casters = DrawnCasters(picture, shapes, shadow, threads).find()
         if casters is None:
             return None
-        shadow = self.shadow
         for is_last in (*(False,) * SOFTNESS.same_rounds, True):
             shapes = _above(sharp, below)
-            shadow = measured_again(self._picture.numpy(), shapes, casters, shadow, threads)
+            shadow = DrawnCasters(picture, shapes, shadow, threads).measured(casters)
             copy = soft_copy(as_one(shapes, casters), shadow)
             whole = sharp.prefix(below).joined(copy).joined(shapes)
             if is_last:

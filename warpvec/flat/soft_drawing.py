@@ -21,14 +21,13 @@ from warpvec.flat.cutting.windows import cut_windows
 from warpvec.flat.drawing import FlatDrawing
 from warpvec.flat.regions.regions import unexplained
 from warpvec.flat.softness.copies import find_copies
+from warpvec.flat.softness.drawn_casters import DrawnCasters
 from warpvec.flat.softness.shadows import Shadow, find_shadows
 from warpvec.flat.softness.shapes import (
     as_one,
-    casting_paths,
     cover_of,
     find_gaps,
     joined_outlines,
-    measured_again,
     paths_below,
     soft_copy,
 )
@@ -230,18 +229,20 @@ class SoftDrawing:
         shapes = _above(sharp, placed.below)
         if not 0 < len(shapes) <= SOFTNESS.casting_max:
             return None
-        return casting_paths(shapes, placed.shadow, self.work.config.threads)
+        return self._drawn(shapes, placed.shadow).find()
+
+    def _drawn(self, shapes: Scene, shadow: Shadow) -> DrawnCasters:
+        return DrawnCasters(self.work.image.numpy(), shapes, shadow, self.work.config.threads)
 
     def _measured_again(
         self, sharp: Scene, placed: list[_Placed], casters: list[list[int] | None], copies: list[Scene]
     ) -> tuple[list[_Placed], list[Scene]]:
         """Return the shadows of known ``casters`` as the outlines of ``sharp`` cast them, and all soft paths."""
-        image, threads = self.work.image.numpy(), self.work.config.threads
         placed, copies = list(placed), list(copies)
         for k, (each, paths) in enumerate(zip(placed, casters, strict=True)):
             if paths is not None:
                 shapes = _above(sharp, each.below)
-                placed[k] = replace(each, shadow=measured_again(image, shapes, paths, each.shadow, threads))
+                placed[k] = replace(each, shadow=self._drawn(shapes, each.shadow).measured(paths))
                 copies[k] = soft_copy(as_one(shapes, paths), placed[k].shadow)
         return placed, copies
 

@@ -226,10 +226,6 @@ class SoftnessConstants:
     """The same as ``unexplained`` for the best of the rough starts of a fit in the small copy: shadows leave up to 0.62
     there, and what is none 0.7 to 0.99."""
 
-    begin_unexplained: float = 0.4
-    """The same as ``unexplained`` where a fit in the picture itself begins. Shadows leave below 0.1 there; a fit from
-    0.5 on takes ten seconds to find nothing."""
-
     rounds: int = 4
     """Most fits of a shadow after the first. Before each, shapes that the shadow explains are left out of what casts
     it. With a shadow of 2 px, whose edges mix with those of the shapes, the third one changes little."""
@@ -281,13 +277,9 @@ class SoftnessConstants:
 
     # Outlines of a shadow (softness/shapes.py)
 
-    caster_inside: float = 0.95
-    """Share of the area of a path that must lie in what casts the shadow. A path that lies on another by the same share
-    is left out. One that lies on it by less, but by more than the rest of the share, has no outline of its own."""
-
-    caster_unlike: float = 0.04
-    """Share of what casts the shadow by which the chosen paths may differ from it: its edges are only nearly known. A
-    disk of 15 px whose edge is half a pixel off has 0.07, one of 40 px 0.025."""
+    gap_inside: float = 0.05
+    """Largest share of the area of a path that may lie in what casts the shadow, if the ground shows through the path
+    as through a hole."""
 
     covered_min: float = 0.002
     """Coverage from which on a pixel tells nothing of the shadow: half a level between black and white."""
@@ -335,10 +327,6 @@ class SoftnessConstants:
 
     better: float = 0.98
     """Error with another choice of pieces, in the one before, below which it is better."""
-
-    caster_off: float = 0.75
-    """As ``caster_unlike``, in pixels of the edge: the pieces of a rough tracing are off by half a pixel, in a JPEG by
-    one."""
 
     same_rounds: int = 2
     """Times that the shapes are fitted above the shadow, and it below them. A third time changes no file."""

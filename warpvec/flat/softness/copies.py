@@ -63,7 +63,7 @@ def _copy_on(ground: TracedGround, levels: Floats, regions: Regions) -> Shadow |
     if (ground.is_open & ~ground.is_seen).sum() < SOFTNESS.zone_area:
         return None
     casting = Casting(ground, levels - ground.below, regions)
-    found = casting.best(SOFTNESS.coarse_unexplained) if casting.everything else None
+    found = casting.best() if casting.everything else None
     if found is None or not is_soft(found[0].ground, found[2]):
         return None
     on, cast, look = found[0].ground, found[1], found[2]

@@ -22,16 +22,25 @@ class Zone:
         change: the picture minus its ground, in levels [h, w, C].
         deviation: of the ground from its middle colour [h, w, C]; None for a flat one.
         is_seen: where no shape covers the ground [h, w].
+        noise: standard deviation of the picture, in levels, that no shadow explains.
     """
 
     change: Floats
     deviation: Floats | None
     is_seen: Mask
+    noise: float = 0.0
 
     def reduced(self, step: int) -> Zone:
         """Return the zone in a copy of the picture that is ``step`` times smaller, without pixels half covered."""
         varied = None if self.deviation is None else reduced(self.deviation, step)
-        return Zone(reduced(self.change, step), varied, reduced(self.is_seen.astype(np.float64), step) == 1.0)
+        is_seen = reduced(self.is_seen.astype(np.float64), step) == 1.0
+        return Zone(reduced(self.change, step), varied, is_seen, self.noise / step)
+
+    def unexplained(self, error: float) -> float:
+        """Return the share of the energy of what is seen that a squared ``error`` is, both without that of noise."""
+        seen = self.change[self.is_seen]
+        noise = self.noise**2 * seen.size
+        return max(error - noise, 0.0) / max(float((seen * seen).sum()) - noise, 1e-12)
 
     @property
     def pixels(self) -> tuple[Floats, Floats | None]:
@@ -173,7 +182,7 @@ def _fit(zone: Zone, mask: Floats, begin: tuple[float, float, float] | None) -> 
 
     starts = _starts(zone, mask) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
     losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
-    if min(losses) > (SOFTNESS.start_unexplained if begin is None else SOFTNESS.begin_unexplained) * energy:
+    if zone.unexplained(min(losses)) > SOFTNESS.start_unexplained:
         return None
     best, most = np.array(starts[int(np.argmin(losses))]), SOFTNESS.offset_max
     bounds = ([-most, -most, np.log(0.25)], [most, most, np.log(SOFTNESS.sigma_max)])
@@ -181,7 +190,7 @@ def _fit(zone: Zone, mask: Floats, begin: tuple[float, float, float] | None) -> 
     found = least_squares(residual, best, bounds=bounds, x_scale=(1.0, 1.0, 0.2), diff_step=1e-3, max_nfev=30)
     offset, sigma = (float(found.x[0]), float(found.x[1])), float(np.exp(found.x[2]))
     look = amplitude_of(moved_blur(mask, offset, sigma)[zone.is_seen], seen, varied)
-    return FoundShadow(offset, sigma, *look, float(2.0 * found.cost) / energy)
+    return FoundShadow(offset, sigma, *look, zone.unexplained(float(2.0 * found.cost)))
 
 
 def _starts(zone: Zone, mask: Floats) -> list[tuple[float, float, float]]:

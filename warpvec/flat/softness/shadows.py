@@ -195,7 +195,7 @@ def _light_on(
         else:
             is_few = parts.seen <= SOFTNESS.plateaus_max
             found = find_cast_shadow(levels, parts, seen, mask, is_time_up) if is_few else None
-        if found is not None and is_soft(seen, found[2]):
+        if found is not None and found[2].unexplained <= SOFTNESS.unexplained and is_soft(seen, found[2]):
             return seen, found, mask is not None
     return None
 
@@ -249,13 +249,12 @@ def _spot(levels: Floats, ground: Ground, casters: Mask | None) -> tuple[Mask, F
 
 
 def is_soft(ground: Ground | TracedGround, found: FoundShadow) -> bool:
-    """Return whether a fit explains what is seen, is blurred, shows, has room, and a colour that can be painted."""
+    """Return whether a fit is blurred, shows, has room, and a colour that can be painted."""
     is_seen = bool(np.abs(found.amplitude).max() >= SOFTNESS.amplitude_min)
     opaque = ground.color + found.amplitude
     can_be = bool(opaque.min() >= -SOFTNESS.jump and opaque.max() <= 255.0 + SOFTNESS.jump)
     has_room = bool(ground.region.sum() >= SOFTNESS.room * found.sigma**2)
-    is_explained = found.unexplained <= SOFTNESS.unexplained
-    return found.sigma >= SOFTNESS.sigma_min and is_seen and can_be and has_room and is_explained
+    return found.sigma >= SOFTNESS.sigma_min and is_seen and can_be and has_room
 
 
 def _unshaded(levels: Floats, parts: Parts, ground: Ground, casters: Mask, cast: Floats, found: FoundShadow) -> Floats:

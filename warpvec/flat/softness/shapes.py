@@ -17,10 +17,9 @@ import torch
 from scipy import ndimage
 from torch import Tensor
 
-from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.arrays import Floats
 from warpvec.flat.constants.softness import SOFTNESS
-from warpvec.flat.softness.shadow_fitting import Zone, fit_shadow
-from warpvec.flat.softness.shadows import Shadow, channels_of
+from warpvec.flat.softness.shadows import Shadow
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
@@ -42,9 +41,9 @@ def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
     apart = largest_channel(np.abs(shadow.clean[..., :3] - ground))
     is_like = (shapes.color - torch.from_numpy(ground).to(shapes.color)).abs().amax(1) <= most
     for k in is_like.nonzero().flatten().tolist():
-        cover = _coverage(shapes.select(torch.tensor([k])), height, width, threads)
+        cover = coverage(shapes.select(torch.tensor([k])), height, width, threads)
         area, common = cover.sum(), (cover * shadow.casters).sum()
-        is_gap[k] = bool(common <= (1.0 - SOFTNESS.caster_inside) * area and (cover * apart).sum() <= most * area)
+        is_gap[k] = bool(common <= SOFTNESS.gap_inside * area and (cover * apart).sum() <= most * area)
     return is_gap
 
 
@@ -65,33 +64,6 @@ def cover_of(outline: Scene, shadow: Shadow) -> Scene | None:
     return replace(outline, color=color, opacity=torch.ones(1), gradients=None, softness=None)
 
 
-def casting_paths(shapes: Scene, shadow: Shadow, threads: int | None, edge_off: float = 0.0) -> list[int] | None:
-    """Return the outermost paths of ``shapes`` that together are what casts ``shadow``; None if no paths are just that.
-
-    Paths that lie on others do not matter. Several strokes cannot be one path, so they count as none. The edge of what
-    casts it may be ``edge_off`` pixels off.
-    """
-    height, width = shadow.casters.shape
-    covers = [_coverage(shapes.select(torch.tensor([k])), height, width, threads) for k in range(len(shapes))]
-    union, found = np.zeros_like(shadow.casters), []
-    for k in sorted(range(len(covers)), key=lambda k: -covers[k].sum()):
-        area, common = covers[k].sum(), (covers[k] * shadow.casters).sum()
-        # A square of this area has four such sides.
-        inside_min = SOFTNESS.caster_inside - 2.0 * edge_off / math.sqrt(max(area, 1.0))
-        overlap = (covers[k] * union).sum()
-        if common < inside_min * area or overlap > SOFTNESS.caster_inside * area:
-            continue
-        if overlap > (1.0 - SOFTNESS.caster_inside) * area:
-            return None
-        union += covers[k]
-        found.append(k)
-    edge = (shadow.casters > 0.5) ^ ndimage.binary_erosion(shadow.casters > 0.5)
-    unlike_max = max(SOFTNESS.caster_unlike * shadow.casters.sum(), edge_off * edge.sum())
-    is_all = np.abs(union - shadow.casters).sum() <= unlike_max
-    is_one = len(found) == 1 or shapes.strokes is None or not shapes.strokes.is_stroked[found].any()
-    return sorted(found) if found and is_all and is_one else None
-
-
 def paths_below(scene: Scene, shadow: Shadow, threads: int | None) -> int:
     """Return how many paths of ``scene`` lie below the ``shadow``: its ground, and what is below that.
 
@@ -108,29 +80,10 @@ def paths_below(scene: Scene, shadow: Shadow, threads: int | None) -> int:
     left, top, right, bottom = path_boxes(scene).double().unbind(1)
     is_large = (right - left) * (bottom - top) >= SOFTNESS.below_share * float(ground.is_seen.sum())
     for k in reversed(is_large.nonzero().flatten().tolist()):
-        cover = _coverage(scene.select(torch.tensor([k])), height, width, threads)
+        cover = coverage(scene.select(torch.tensor([k])), height, width, threads)
         if float(cover[ground.is_seen].mean()) > SOFTNESS.below_share:
             return int(k) + 1
     return 0
-
-
-def measured_again(image: Floats32, shapes: Scene, casters: list[int], shadow: Shadow, threads: int | None) -> Shadow:
-    """Return the ``shadow`` below ``shapes`` in a picture ``image`` [h, w, 3 or 4], fitted with their exact coverage.
-
-    Args:
-        image: sRGB-encoded in [0, 1], with straight alpha.
-        shapes: all that lies above the shadow.
-        casters: the paths of ``shapes`` that cast it.
-        shadow: one that is nearly right.
-        threads: of the renderer.
-    """
-    height, width = shadow.casters.shape
-    cast = _coverage(shapes.select(torch.tensor(casters)), height, width, threads)
-    covered: Mask = _coverage(shapes, height, width, threads) > SOFTNESS.covered_min
-    is_seen = ~ndimage.binary_dilation(covered) & shadow.ground.region
-    change = 255.0 * channels_of(image, shadow.ground.below.shape[2]) - shadow.ground.below
-    found = fit_shadow(Zone(change, shadow.ground.deviation, is_seen), cast, shadow.look)
-    return shadow if found is None else replace(shadow, casters=cast, look=found)
 
 
 def soft_copy(path: Scene, shadow: Shadow) -> Scene:
@@ -159,7 +112,7 @@ def joined_outlines(parts: Scene) -> Scene:
     return replace(parts, structure=whole, gradients=None, strokes=None, forms=None, softness=None, **rest)
 
 
-def _coverage(paths: Scene, height: int, width: int, threads: int | None) -> Floats:
+def coverage(paths: Scene, height: int, width: int, threads: int | None) -> Floats:
     """Return how much of each pixel the ``paths`` of a scene cover together [h, w]."""
     white = replace(
         paths, color=torch.ones_like(paths.color), opacity=torch.ones_like(paths.opacity), gradients=None,

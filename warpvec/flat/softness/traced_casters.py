@@ -94,23 +94,23 @@ class Casting:
         first, second, marked = borders(pieces, self.ground.is_open)
         return first - 1, second - 1, marked
 
-    def best(self, coarse_max: float) -> tuple[Casting, Floats, FoundShadow] | None:
+    def best(self) -> tuple[Casting, Floats, FoundShadow] | None:
         """Return the coverage [h, w] of what casts the shadow that fits best, and it; None if none does.
 
         With it comes the casting in which slabs of the shadow are no pieces.
         """
-        found = self._best(coarse_max)
+        found = self._best()
         for number in self.numbers[: SOFTNESS.starts_max]:
             slabs = self.slabs_beside(number)
             if slabs and (found is None or found[2].unexplained > SOFTNESS.explained):
                 opened = replace(self, ground=self.ground.opened(slabs))
-                again = opened._best(coarse_max)
+                again = opened._best()
                 if again is not None and (found is None or again[2].unexplained < found[2].unexplained):
                     found = again
         return found
 
-    def _best(self, coarse_max: float) -> tuple[Casting, Floats, FoundShadow] | None:
-        zone = Zone(self.change, self.ground.deviation, self.ground.is_open)
+    def _best(self) -> tuple[Casting, Floats, FoundShadow] | None:
+        zone = self._zone(self.ground.is_open)
         masks = [(chosen, self.mask(chosen)) for chosen in self._starts()]
         masks.sort(key=lambda each: rough_loss(zone, each[1]))
         fits = [(chosen, fit_shadow(zone, mask, None, 1.0)) for chosen, mask in masks[: SOFTNESS.fits_max]]
@@ -118,8 +118,6 @@ class Casting:
         if not tried:
             return None
         _, chosen, look = min(tried, key=lambda each: each[0])
-        if self._without_noise(look, zone).unexplained > coarse_max:
-            return None
         for _ in range(SOFTNESS.rounds):
             before = chosen
             chosen = self._toggled(chosen, look)
@@ -130,7 +128,7 @@ class Casting:
             is_settled, look = abs(np.log(again.sigma / look.sigma)) < SOFTNESS.settled, again
             if chosen == before and is_settled:
                 break
-        return self, self.mask(chosen), self._without_noise(look, zone)
+        return self, self.mask(chosen), look
 
     def _starts(self) -> Iterator[frozenset[int]]:
         yield self.everything
@@ -165,14 +163,10 @@ class Casting:
         rest = largest_channel(np.abs(self.change - look.shade_of(mask, self.ground.deviation)))
         is_off = is_open & (rest > self._most(look))
         few = is_off.sum() <= SOFTNESS.cast_off * max(int((is_open & ~self.ground.is_seen).sum()), 1)
-        return Zone(self.change, self.ground.deviation, is_open & ~is_off if few else is_open)
+        return self._zone(is_open & ~is_off if few else is_open)
 
-    def _without_noise(self, look: FoundShadow, zone: Zone) -> FoundShadow:
-        """Return ``look`` with the share that it leaves unexplained beside the noise of the picture."""
-        seen = zone.pixels[0]
-        energy, noise = float((seen * seen).sum()), self.ground.noise**2 * seen.size
-        rest = max(look.unexplained * energy - noise, 0.0)
-        return replace(look, unexplained=rest / max(energy - noise, 1e-12))
+    def _zone(self, is_seen: Mask) -> Zone:
+        return Zone(self.change, self.ground.deviation, is_seen, self.ground.noise)
 
 
 def _hull(mask: Mask) -> Mask:
