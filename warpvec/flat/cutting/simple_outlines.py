@@ -1,8 +1,9 @@
 """Make outlines simple: none crosses itself or another loop of its path, in the coordinates that the file states.
 
 The loops of a path that meet are laid into a planar map whose vertices are the ticks of the file, and what the path
-fills is outlined once more. Curves stay but where they are cut; a cut curve that still meets another one, once it is
-rounded, is followed by lines. Lines between the vertices of such a map meet in their ends only.
+fills is outlined once more. Curves stay but where they are cut. If a cut curve still meets another one, once it is
+rounded, lines follow both its ends, where they part too slowly for the ticks, each round twice as far. Lines between
+the vertices of such a map meet in their ends only.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ from warpvec.geometry.structure import Structure
 from warpvec.geometry.walks import simple_walks
 
 ROUNDS_MAX = 8
-"""Most times that curves which still meet become lines; the last time all curves of the path do."""
+"""Most times that lines follow the curves which still meet further; the last time they follow all of the path."""
+
+EVERYTHING = np.iinfo(np.int64).max
+"""The count of chords at each end of a curve that are lines if all are."""
 
 
 class _Loop(NamedTuple):
@@ -80,20 +84,21 @@ class _Path:
         self._loop = np.repeat(np.arange(len(self._first) - 1), np.diff(self._first))
         # Chords on a grid whose units are ticks.
         self._chords = chords_of(self._cubics / CUTTING.units, self._is_line, 1.0 / CUTTING.units)
-        self._followed = np.zeros(len(meets), bool)
+        self._line_count = np.zeros(len(meets), np.int64)
         self._outline(np.isin(self._loop, self._loop[meets]))
 
     def loops(self) -> list[_Loop]:
         """Return its loops, without crumbs."""
-        return self._others + self._outlines.loops(self._followed)
+        return self._others + self._outlines.loops(self._line_count)
 
     def follow(self, loops: list[_Loop], meets: Mask, *, is_last: bool) -> None:
-        """Follow the curves by chords whose rows in ``loops`` still meet others, or all curves if ``is_last``."""
+        """Let lines follow the curves that in ``loops`` still meet others further, or all curves if ``is_last``."""
         if not meets.any():
             return
-        source = np.concatenate([loop.source for loop in loops])[meets]
-        self._followed[source] = True
-        self._followed |= is_last
+        source = np.unique(np.concatenate([loop.source for loop in loops])[meets])
+        self._line_count[source] = np.maximum(2 * self._line_count[source], 1)
+        if is_last:
+            self._line_count[:] = EVERYTHING
         if is_last or not self._is_met[source].all():
             self._outline(np.ones_like(self._is_met))
 
@@ -168,9 +173,9 @@ class _Outlines:
         both = both[:, :: self._turn]
         return both[:, 0], both[:, 1]
 
-    def loops(self, followed: Mask) -> list[_Loop]:
-        """Return the loops; chords take the place of the curves that are ``followed`` [R]."""
-        return [self._loop(walk, followed) for walk in self._walks]
+    def loops(self, line_count: Integers) -> list[_Loop]:
+        """Return the loops; at each end of a curve, ``line_count`` [R] of its chords take its place."""
+        return [self._loop(walk, line_count) for walk in self._walks]
 
     def _walked(self) -> list[list[int]]:
         """Return the closed walks of half-edges around each area, which may pass a vertex more than once."""
@@ -187,19 +192,21 @@ class _Outlines:
             walks += [walk] if walk else []
         return walks
 
-    def _loop(self, walk: Integers, followed: Mask) -> _Loop:
+    def _loop(self, walk: Integers, line_count: Integers) -> _Loop:
         """Return the loop along a closed ``walk``, with a curve for each run of chords that follow one."""
-        mapped, side = self._mapped, walk % 2
-        curve, vertex = mapped.curve[walk // 2], mapped.tail[walk]
+        mapped, goes_on = self._mapped, self._goes_on(walk)
+        begin = int(np.argmin(goes_on))
+        walk, goes_on = np.roll(walk, -begin), np.roll(goes_on, -begin)
+        side, curve, vertex = walk % 2, mapped.curve[walk // 2], mapped.tail[walk]
         first, last = mapped.t[walk // 2, side], mapped.t[walk // 2, 1 - side]
-        goes_on = (curve == np.roll(curve, 1)) & (first == np.roll(last, 1)) & ~self._is_junction[vertex]
-        starts = np.flatnonzero(~goes_on | followed[curve])
+        is_chord = _from_ends(goes_on) < line_count[curve]
+        starts = np.flatnonzero(~goes_on | is_chord | np.roll(is_chord, 1))
         if not len(starts):  # one closed curve
             starts = np.zeros(1, np.int64)
         source, stops = curve[starts], np.append(starts[1:], starts[0]) - 1
         start, end = mapped.vertex[vertex[starts]], mapped.vertex[np.roll(vertex[starts], -1)]
         cubics = line_cubics(start.astype(np.float64), end.astype(np.float64))
-        is_line = self._is_line[source] | followed[source]
+        is_line = self._is_line[source] | is_chord[starts]
         bends = np.flatnonzero(~is_line)
         cut = between(self._cubics[source[bends]], first[starts[bends]], last[stops[bends]])
         cubics[bends, 1] = np.rint(cut[:, 1] + start[bends] - cut[:, 0])
@@ -207,6 +214,25 @@ class _Outlines:
         return (
             _Loop(cubics, is_line, source) if self._turn > 0 else _Loop(cubics[::-1, ::-1], is_line[::-1], source[::-1])
         )
+
+    def _goes_on(self, walk: Integers) -> Mask:
+        """Return which half-edges of a closed ``walk`` [n] go on along the curve of the one before."""
+        mapped, side = self._mapped, walk % 2
+        curve, first, last = mapped.curve[walk // 2], mapped.t[walk // 2, side], mapped.t[walk // 2, 1 - side]
+        is_same = (curve == np.roll(curve, 1)) & (first == np.roll(last, 1))
+        return np.asarray(is_same & ~self._is_junction[mapped.tail[walk]])
+
+
+def _from_ends(goes_on: Mask) -> Integers:
+    """Return how many members lie between each one of runs and the nearer end of its run [n].
+
+    A member that ``goes_on`` [n] belongs to the run of the one before; the first does not.
+    """
+    place = np.arange(len(goes_on))
+    starts = np.flatnonzero(~goes_on) if not goes_on.all() else np.zeros(1, np.int64)
+    lengths = np.diff(np.append(starts, len(goes_on)))
+    from_start = place - np.repeat(starts, lengths)
+    return np.minimum(from_start, np.repeat(lengths, lengths) - 1 - from_start)
 
 
 def _around(mapped: PlanarMap, rest: Chords) -> Integers:
