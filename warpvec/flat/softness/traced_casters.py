@@ -118,6 +118,18 @@ class Casting:
         if not tried:
             return None
         _, chosen, look = min(tried, key=lambda each: each[0])
+        settled = self._settled(chosen, look)
+        if settled is None:
+            return None
+        chosen, look = settled
+        slabs = self._shaded(chosen, look)
+        opened = replace(self, ground=self.ground.opened(slabs))
+        again = opened._settled(chosen, look) if slabs else None
+        casting, (chosen, look) = (self, settled) if again is None else (opened, again)
+        return casting, casting.mask(chosen), look
+
+    def _settled(self, chosen: frozenset[int], look: FoundShadow) -> tuple[frozenset[int], FoundShadow] | None:
+        """Return the pieces that cast the shadow best, and it, from some that nearly do; None if none do."""
         for _ in range(SOFTNESS.rounds):
             before = chosen
             chosen = self._toggled(chosen, look)
@@ -128,7 +140,19 @@ class Casting:
             is_settled, look = abs(np.log(again.sigma / look.sigma)) < SOFTNESS.settled, again
             if chosen == before and is_settled:
                 break
-        return self, self.mask(chosen), look
+        return chosen, look
+
+    def _shaded(self, chosen: frozenset[int], look: FoundShadow) -> frozenset[int]:
+        """Return the pieces that are not ``chosen`` and look like the ground in the shadow: slabs of a tracing."""
+        shade = look.shade_of(self.mask(chosen), self.ground.deviation)
+        others = [number for number in self.numbers if number not in chosen]
+        if not others:
+            return frozenset()
+        off, change = (
+            ndimage.median(largest_channel(np.abs(each)), self.ground.pieces, others)
+            for each in (self.change - shade, self.change)
+        )
+        return frozenset(np.array(others)[off**2 <= SOFTNESS.unexplained * change**2].tolist())
 
     def _starts(self) -> Iterator[frozenset[int]]:
         yield self.everything
