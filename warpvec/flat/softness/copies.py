@@ -73,12 +73,13 @@ def _copy_on(ground: TracedGround, levels: Floats, regions: Regions) -> Shadow |
 
 def _unshaded(levels: Floats, ground: TracedGround, cast: Floats, found: FoundShadow) -> Floats:
     """Return the picture in levels without the shadow of a coverage ``cast`` [h, w], below the pieces."""
-    above = (ground.pieces > 0) | ~ground.region
+    reaches = ndimage.binary_dilation(ground.is_open, iterations=3)
+    above = (ground.pieces > 0) | ~ground.region | ~reaches  # single pixels between two pieces are no ground
     shade = found.shade_of(cast, ground.deviation)
     near = ndimage.binary_dilation(above, iterations=2)
     clean = np.where(above[..., None], levels, levels - shade)
     # Only edges that the ground reaches are mixed with it; those of letters on a card are mixed of other colours.
-    edge = near & ground.region & ndimage.binary_dilation(ground.is_open, iterations=3)
+    edge = near & ground.region & reaches
     inner = ndimage.binary_erosion(above, border_value=1)
     clean[edge] = mixed_again(levels, ground.below, shade, inner if inner.any() else above, edge)
     if ground.noise < SOFTNESS.ringing:
