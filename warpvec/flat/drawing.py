@@ -11,14 +11,15 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from warpvec.arrays import Floats
 from warpvec.condition.jpeg import Jpeg
-from warpvec.condition.unrounding import JpegRounding, Rounding
+from warpvec.condition.unrounding import Rounding
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.flat.evidence.evidence import Evidence
+from warpvec.flat.evidence.evidence import ROUNDING, Evidence
 from warpvec.flat.explanation import require_shorter, require_shorter_parts
 from warpvec.flat.overlay.overlaid_words import Overlay, find_overlay
 from warpvec.flat.regions.area_structure import require_plain_areas
@@ -109,7 +110,15 @@ class FlatDrawing:
     @cached_property
     def critic(self) -> Critic:
         """The judge of all changes."""
-        return Critic(self.picture, self.config, self.blur, DRAWING.tension if self._is_fine else 0.0)
+        tension = DRAWING.tension if self._is_fine else 0.0
+        return Critic(self.picture, self.config, self.blur, tension, self._variance)
+
+    @cached_property
+    def _variance(self) -> Floats | None:
+        """Squared deviation of the pixels of a JPEG from their drawing [h, w], as of `Critic`; None for others."""
+        if self._jpeg is None:
+            return None
+        return (Evidence.of(self.image.numpy(), self._jpeg).variance - ROUNDING) / 255.0**2
 
     @property
     def picture(self) -> Tensor:
@@ -202,7 +211,7 @@ class FlatDrawing:
     @property
     def _jpeg(self) -> Jpeg | None:
         """What the picture was saved as; None for no JPEG, or if it was enlarged before."""
-        return self.rounding.jpeg if isinstance(self.rounding, JpegRounding) else None
+        return self.rounding.jpeg if self.rounding is not None and self.rounding.factor == 1.0 else None
 
     def _traced_regions(self) -> tuple[Scene, dict[str, int]]:
         found, overlay = self._found[1], self._overlay()

@@ -19,6 +19,12 @@ ROUNDING = 1.0 / 12.0
 
 LEVEL_COUNT = 256.0
 
+FREQUENCY = np.hypot(*np.indices((8, 8)))
+"""The frequency of each value [8, 8] of a block's cosine transform, in half periods a block."""
+
+CHANNEL_WEIGHTS = (1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0)
+"""Share of the squared deviation of the brightness and of both colours of a JPEG in a channel of RGB, on average."""
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -39,7 +45,7 @@ class Evidence:
         """Return what ``image`` [h, w, 3 or 4] in [0, 1], with straight alpha, says if it was saved as ``jpeg``."""
         levels = 255.0 * (over(image, 1.0) if is_transparent(image) else image).astype(np.float64)
         if jpeg is not None:
-            return Evidence(levels, np.full(3, _deviation_of(levels, jpeg)), jpeg)
+            return Evidence(levels, np.full(3, math.sqrt(float(_variance_of(levels, jpeg).mean()))), jpeg)
         return Evidence(levels, np.sqrt(ROUNDING + np.square(white_noise(levels))))
 
     @cached_property
@@ -50,6 +56,16 @@ class Evidence:
         """
         found = np.log(np.maximum(LEVEL_COUNT / (self.sigma * math.sqrt(2.0 * math.pi)), 1.0))
         return float(found.sum())
+
+    @cached_property
+    def variance(self) -> Floats:
+        """Squared deviation in levels of each pixel from its drawing [h, w], a mean over the channels.
+
+        In a JPEG that of each block counts, which is high at edges and low in even areas.
+        """
+        if self.jpeg is None:
+            return np.full(self.levels.shape[:2], float(np.square(self.sigma).mean()))
+        return _variance_of(self.levels, self.jpeg)
 
     def misfit(self, shown: Floats) -> Floats:
         """Return the nats [h, w] by which a drawing ``shown`` [h, w, 3], in [0, 255], misses each pixel.
@@ -70,19 +86,29 @@ class Evidence:
         for values, steps in zip(rounding.transforms_of(off), rounding.steps, strict=True):
             of_block = np.square(values / np.sqrt(np.square(steps) / 12.0 + ROUNDING)).sum((2, 3)) / 2.0
             side = 8 * -(-width // (8 * of_block.shape[1]))
-            spread = of_block.repeat(side, 0).repeat(side, 1)[:height, :width]
-            nats += spread / side**2
+            nats += _spread(of_block, height, width) / side**2
         return nats
 
 
-def _deviation_of(levels: Floats, jpeg: Jpeg) -> float:
-    """Return the deviation in levels that the steps of ``jpeg`` leave in a picture [h, w, 3].
+def _variance_of(levels: Floats, jpeg: Jpeg) -> Floats:
+    """Return the squared deviation in levels that the steps of ``jpeg`` leave in each pixel [h, w].
 
-    A value of the transform that is stored as 0 was small, and hardly changed.
+    It is the same in a block. A value of the transform that is stored as 0 was less than half a step, and at an edge as
+    large as the stored ones let expect, since the transform of an edge falls with the frequency.
     """
-    rounding = JpegRounding(levels, jpeg)
-    squares = [
-        float(np.mean(np.square(steps) / 12.0 * (np.abs(values) > steps / 2.0)))
-        for values, steps in zip(rounding.transforms_of(levels - 128.0), rounding.steps, strict=True)
-    ]
-    return math.sqrt(ROUNDING + (squares[0] + 2.0 * squares[1] + 2.0 * squares[2]) / 3.0)
+    height, width = levels.shape[:2]
+    rounding, variance = JpegRounding(levels, jpeg), np.full((height, width), ROUNDING)
+    transforms = rounding.transforms_of(levels - 128.0)
+    for weight, values, steps in zip(CHANNEL_WEIGHTS, transforms, rounding.steps, strict=True):
+        size, is_stored = np.abs(values), np.abs(values) > steps / 2.0
+        edge = np.where(is_stored, size * FREQUENCY, 0.0).max((2, 3), keepdims=True)
+        most = np.where(is_stored, steps / 2.0, np.minimum(steps / 2.0, edge / np.maximum(FREQUENCY, 1.0)))
+        of_block = np.mean(np.square(most) / 3.0, (2, 3))
+        variance += weight * _spread(of_block, height, width)
+    return variance
+
+
+def _spread(of_block: Floats, height: int, width: int) -> Floats:
+    """Return a value of each block [rows, columns] at all its pixels [h, w]."""
+    side = 8 * -(-width // (8 * of_block.shape[1]))
+    return of_block.repeat(side, 0).repeat(side, 1)[:height, :width]

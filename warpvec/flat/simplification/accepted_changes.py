@@ -23,7 +23,7 @@ def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSampl
 
     Both have the same structure. ``samples`` are those of ``old``. ``detail`` is as in `Critic.allowed`.
     """
-    before, allowed = critic.error(old), critic.allowed(samples.worth, detail, SIMPLIFICATION.noise)
+    before, allowed = critic.error(old), critic.allowed(samples.worth, samples.moves(detail), SIMPLIFICATION.noise)
     joints = Joints.of(old)
     previous, current = joints.values(old), joints.values(new)
     changes = torch.stack([(a != b).any(1) for a, b in zip(previous, current, strict=True)]).any(0).numpy()
@@ -66,7 +66,7 @@ def kept_loops(
 
     It may rise far from both curves: a hole that the old curve surrounded can lie outside of the new one.
     """
-    before, allowed = critic.error(old), critic.allowed(samples.worth, detail, SIMPLIFICATION.noise)
+    before, allowed = critic.error(old), critic.allowed(samples.worth, samples.moves(detail), SIMPLIFICATION.noise)
     count = old.structure.loop_count
     limit = np.bincount(segment_loops(old), allowed, count).astype(np.float64)
     while loops:

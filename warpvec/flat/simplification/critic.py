@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Generic, TypeVar
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -16,6 +17,7 @@ from warpvec.arrays import Floats, Floats32
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit.target import Target
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.price import CUBIC, number_nats
 from warpvec.flat.simplification.outline_samples import OutlineSamples, sample_outlines
 from warpvec.geometry.scene import Scene
 
@@ -34,12 +36,15 @@ class Critic:
         config: settings of the fit.
         blur: standard deviation in pixels of the blur of the picture; 0 for none.
         tension_price: squared error that a pixel of outline between black and white is worth in fits; 0 for nothing.
+        variance: squared deviation of a channel of each pixel from its drawing [h, w], in [0, 1] squared, beyond that
+            of rounding; None for none. See `warpvec.flat.evidence`.
     """
 
     image: Tensor
     config: FitConfig
     blur: float = 0.0
     tension_price: float = 0.0
+    variance: Floats | None = None
 
     @cached_property
     def target(self) -> Target:
@@ -81,18 +86,32 @@ class Critic:
     @cached_property
     def _samples(self) -> _Latest[OutlineSamples]:
         height, width = self.image.shape[:2]
-        return _Latest(lambda scene: sample_outlines(scene, height, width, self.config.threads))
+        return _Latest(lambda scene: self._with_doubt(sample_outlines(scene, height, width, self.config.threads)))
+
+    def _with_doubt(self, samples: OutlineSamples) -> OutlineSamples:
+        """Return ``samples`` with the moves that the picture does not tell from its noise.
+
+        A curve less may raise the error by as many nats as its words have, over the length at which it pays.
+        """
+        if self.variance is None:
+            return samples
+        height, width = self.variance.shape
+        column, row = np.moveaxis(np.floor(samples.points).astype(np.int64), -1, 0)
+        here = self.variance[row.clip(0, height - 1), column.clip(0, width - 1)]
+        nats = CUBIC * number_nats(max(height, width))
+        slope = SIMPLIFICATION.price_length * (samples.contrast + SIMPLIFICATION.contrast_half)
+        return replace(samples, doubt=(2.0 * nats * here / slope).mean(1))
 
     @staticmethod
-    def allowed(worth: Floats, detail: float, noise: float) -> Floats:
+    def allowed(worth: Floats, detail: float | Floats, noise: float) -> Floats:
         """Return the rise of the error [K] that outlines of ``worth`` [K] may cause: that of a move by ``detail``.
 
         Args:
             worth: sums of `OutlineSamples.worth`.
-            detail: root mean square in pixels by which an outline may move.
+            detail: root mean square in pixels by which an outline may move, or each of them [K].
             noise: squared error that never counts.
         """
-        return detail**2 * worth + noise
+        return np.square(detail) * worth + noise
 
     @staticmethod
     def detail_of(worth: float, rise: float, noise: float) -> float:

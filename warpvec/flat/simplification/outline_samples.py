@@ -28,6 +28,7 @@ class OutlineSamples:
         contrast: squared change of the colours across the outline there [R, S], summed over the channels. It is 0
             where the outline is hidden.
         top: topmost path in each pixel [h, w], if that covers it alone; else -1.
+        doubt: squared distance in pixels by which each segment may lie off without the picture telling [R].
     """
 
     control: Floats
@@ -36,16 +37,26 @@ class OutlineSamples:
     lengths: Floats
     contrast: Floats
     top: Integers
+    doubt: Floats
 
     @property
     def worth(self) -> Floats:
         """Rise of the squared error for each segment [R] if its outline moves by one pixel."""
         return (self.contrast * self.lengths).sum(1)
 
+    def moves(self, detail: float) -> Floats:
+        """Return by how many pixels each segment may move [R]: by ``detail``, and by what the picture does not tell."""
+        return np.sqrt(detail**2 + self.doubt)
+
     @property
     def visibility(self) -> Floats:
         """How well the picture shows the outline at each point [R, S], from 0 (hidden) to 1."""
         return self.contrast / (self.contrast + SIMPLIFICATION.contrast_half)
+
+    @property
+    def seen(self) -> Floats:
+        """Visible length of each segment [R] in pixels."""
+        return np.asarray((self.visibility * self.lengths).sum(1))
 
     def is_hidden(self, path: Integers, points: Floats) -> Mask:
         """Return which ``points`` [K, M, 2] lie in pixels that show nothing of ``path`` [K] nor of what is below."""
@@ -68,6 +79,7 @@ def sample_outlines(scene: Scene, height: int, width: int, threads: int | None =
         np.linalg.norm(slopes, axis=-1) / SIMPLIFICATION.segment_samples,
         _contrast(scene, height, width, threads),
         top_paths(scene, height, width, threads),
+        np.zeros(len(control)),
     )
 
 

@@ -85,8 +85,9 @@ class _Work:
         """Return the scene after a round; None if there is nothing to drop."""
         scene = state.scene
         outlines = outlines_of(scene, self.critic.samples(scene))
-        price = SIMPLIFICATION.price_length * (SIMPLIFICATION.refit * self.detail) ** 2
-        choice = fewest_spans(outlines, SIMPLIFICATION.refit * self.detail * state.share, price)
+        moves = SIMPLIFICATION.refit * outlines.samples.moves(self.detail)
+        price = SIMPLIFICATION.price_length * float(np.average(np.square(moves), weights=outlines.samples.seen + 1e-9))
+        choice = fewest_spans(outlines, moves * state.share, price)
         is_new = (choice.size > 1) | (choice.is_line != outlines.is_line[choice.first])
         if not is_new.any():
             return None
@@ -108,8 +109,9 @@ class _Work:
     def _allowed(self, outlines: Outlines, choice: ChosenSpans, scene: Scene) -> Floats:
         """Return the rise of the squared error near each segment [S] of ``choice`` that is allowed."""
         source, _, row = members(choice, choice.size, scene)
-        worth = np.bincount(source, outlines.samples.worth[row], len(choice.first)).astype(np.float64)
-        return self.critic.allowed(worth, self.detail, SIMPLIFICATION.noise)
+        samples = outlines.samples
+        own = self.critic.allowed(samples.worth, samples.moves(self.detail), 0.0)
+        return np.bincount(source, own[row], len(choice.first)).astype(np.float64) + SIMPLIFICATION.noise
 
     def _put_back(
         self, state: _State, simple: Scene, choice: ChosenSpans, wrong: Mask, corner: Mask, error_max: float

@@ -81,7 +81,7 @@ def _corners(outlines: Outlines) -> Mask:
     cosine, preceding = _cosine(outlines), outlines.preceding
     is_turned = cosine < np.cos(np.radians(SIMPLIFICATION.corner_degrees))
     leg_min = np.where(_line_corners(outlines), SIMPLIFICATION.line_leg, SIMPLIFICATION.corner_leg)
-    seen = _seen(outlines)
+    seen = outlines.samples.seen
     return is_turned & (np.minimum(seen, seen[preceding]) >= leg_min)
 
 
@@ -93,11 +93,6 @@ def _cosine(outlines: Outlines) -> Floats:
     product = np.linalg.norm(ahead, axis=1) * np.linalg.norm(behind, axis=1)
     cosine = np.divide((ahead * behind).sum(1), product, out=np.ones(len(product)), where=product > 0.0)
     return np.asarray(cosine)  # 1 where a segment has no direction
-
-
-def _seen(outlines: Outlines) -> Floats:
-    """Return the visible length of each segment [R] in pixels."""
-    return np.asarray((outlines.samples.visibility * outlines.samples.lengths).sum(1))
 
 
 def _line_corners(outlines: Outlines) -> Mask:
@@ -115,7 +110,7 @@ def _straight_lines(outlines: Outlines) -> Mask:
     is_sharp = ends.copy()
     is_sharp[outlines.preceding[ends]] = True
     length_min = np.where(is_sharp, SIMPLIFICATION.line_sharp, SIMPLIFICATION.line_long)
-    return outlines.is_line & (_seen(outlines) >= length_min)
+    return outlines.is_line & (outlines.samples.seen >= length_min)
 
 
 def _fitted(
