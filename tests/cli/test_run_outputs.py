@@ -135,3 +135,11 @@ def test_the_settings_of_the_checkpoint_are_written(photo: Path, monkeypatch: py
     assert tomllib.loads(again.read_text()) == expected
     assert invoke("run", photo, out, "-q", "--config", again).exit_code == 0
     assert out.read_bytes() == first
+
+
+def test_the_decisions_of_a_drawing_are_lines_of_json(logo: Path) -> None:
+    why = logo.with_name("why.jsonl")
+    assert invoke("run", logo, logo.with_name("out.svg"), "--why", why).exit_code == 0
+    found = [json.loads(line) for line in why.read_text().splitlines()]
+    assert {"two colours", "mode"} == {each["stage"] for each in found}
+    assert_refused(invoke("run", logo, logo.with_name("out.svg"), "--why", logo.parent), "--why")

@@ -58,7 +58,7 @@ REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_
 """Command -> options that the help of the command leaves out: the command refuses all values but the default."""
 
 RARE = (
-    *("save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
+    *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
     *("verbose", "cut_once", "check_cut", "bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
 )
 """Options of single commands that only --help-all shows."""

@@ -35,6 +35,7 @@ _OUTPUTS = {
     "out": "OUT",
     "checkpoint": "--checkpoint",
     "save_frames": "--save-frames",
+    "why": "--why",
     "video": "--video",
     "page": "--report",
     "write_config": "--write-config",

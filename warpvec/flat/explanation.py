@@ -14,6 +14,7 @@ from warpvec.flat.evidence.evidence import Evidence
 from warpvec.flat.price import words_of
 from warpvec.flat.regions.regions import NotFlatArtError, Regions, find_regions
 from warpvec.geometry.scene import Scene
+from warpvec.watch.decisions import Decision, are_wanted, note
 from warpvec.watch.watch import UNWATCHED, Watch
 
 PHOTO_OVER_CODER = 1.33
@@ -28,7 +29,10 @@ the time that all of it takes. A side is a multiple of 16, as are the blocks of 
 
 def photo_factor(regions: Regions, evidence: Evidence) -> float:
     """Return how many times the nats of a photo the ``regions`` of the picture of ``evidence`` take."""
-    return regions.nats(evidence) / max(PHOTO_OVER_CODER * coded_nats(evidence), 1.0)
+    drawn, photo = regions.nats(evidence), PHOTO_OVER_CODER * coded_nats(evidence)
+    if are_wanted():
+        note(Decision("explanation", None, "photo", f"{len(regions)} regions", photo - drawn, 0.0, drawn <= photo))
+    return drawn / max(photo, 1.0)
 
 
 def drawing_factor(scene: Scene, shown: NDArray[np.uint8], image: Floats32, jpeg: Jpeg | None) -> float:

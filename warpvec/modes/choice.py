@@ -21,6 +21,7 @@ from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import Restoration, shown_at_usual_size
 from warpvec.svg.measure import draw_like
+from warpvec.watch.decisions import Decision, are_wanted, note
 
 if TYPE_CHECKING:  # the modes of drawings load SciPy, which a photo does not need
     from warpvec.condition.condition import Condition
@@ -66,6 +67,9 @@ def draw_picture(
             drawing = _draw_chosen(drawn, request, condition, photo, outlines)
         else:
             drawing = _draw_given(drawn, request, condition, photo, outlines)
+        if are_wanted():
+            is_taken, reason = drawing.encoding.settings.mode != "photo", drawing.mode_reason or ""
+            note(Decision("mode", None, "photo", drawing.encoding.settings.mode, None, None, is_taken, reason))
         return replace(drawing, condition=condition)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from warpvec.cli.summary import end_fit
 from warpvec.config.fit_config import MACHINE_SETTINGS
 from warpvec.config.presets import PRESETS
 from warpvec.errors import InputError
-from warpvec.files import check_writable
+from warpvec.files import check_writable, write_atomic
 from warpvec.goals.goal import refuse_states
 from warpvec.writers.registry import usual_settings, writer_of
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 @click.argument("out", metavar="[OUT]", required=False)
 @start_options
 @click.option("--report", "page", metavar="FILE", help="Write an HTML page to inspect and edit the result.")
+@click.option("--why", metavar="FILE", help="Write each decision about the drawing as a line of JSON.")
 @click.option("--video", metavar="FILE", help="Record the fit as .mp4, .gif or .webp.")
 @click.option("--save-frames", metavar="DIR", help="Record the fit as PNG files in a folder.")
 @click.option("--checkpoint", metavar="FILE", help="Save the state of the fit here every --every iterations.")
@@ -87,8 +89,9 @@ def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
     check_out(out, any_kind=True)
     if options["page"] is not None:
         check_page(options["page"])
-    if options["checkpoint"] is not None:
-        check_writable(options["checkpoint"], "--checkpoint")
+    for name in ("checkpoint", "why"):
+        if options[name] is not None:
+            check_writable(options[name], f"--{name}")
     refuse_states(goal, {"--resume": options["resume"], "--checkpoint": options["checkpoint"]})
 
 
@@ -145,6 +148,7 @@ def _fit(
         from warpvec.modes.request import Request
         from warpvec.rendering.launch import resolve_device
         from warpvec.result import Result
+        from warpvec.watch.decisions import noted
         from warpvec.watch.watch import Watch
 
     resolve_device(config.device)
@@ -158,13 +162,18 @@ def _fit(
         if path is not None:  # saving may fail without ending the fit
             warn = SideFile("--checkpoint").fail
             photo_mode = replace(photo_mode, saving=saving_to(path, every, config, request.picture.reduced, warn))
-        result = Result(draw_picture(request, photo_mode), watch.facts())
+        with ExitStack() as stack:
+            decisions = stack.enter_context(noted()) if options["why"] is not None else []
+            result = Result(draw_picture(request, photo_mode), watch.facts())
         # Written before the video is finished: the fit is worth more than its video.
         try:
             write_result(result, out)
         except (OSError, InputError, click.ClickException) as error:
             failure = error
         recorder.end(result)
+    if options["why"] is not None:
+        lines = "".join(f"{decision.line()}\n" for decision in decisions)
+        SideFile("--why").attempt(write_atomic, options["why"], lines.encode())
     if options["page"] is not None:
         from warpvec.drawing.not_kept import not_kept
         from warpvec.viewer.page import write_page

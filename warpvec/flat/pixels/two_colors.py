@@ -14,6 +14,7 @@ from warpvec.flat.price import words_of
 from warpvec.image.luma import LUMA
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
+from warpvec.watch.decisions import Decision, are_wanted, note
 
 
 def are_pixels_shorter(image: Floats32) -> bool:
@@ -28,7 +29,10 @@ def are_pixels_shorter(image: Floats32) -> bool:
     darker = int(np.argmin(cells.colors[:, :3] @ np.array(LUMA)))
     is_ink = cells.label == darker
     exact = sides_and_corners(cells)[1] * math.log(max(is_ink.shape))
-    return exact <= _smooth_nats(is_ink)
+    smooth = _smooth_nats(is_ink)
+    if are_wanted():
+        note(Decision("two colours", None, "smooth outlines", "whole pixels", smooth - exact, 0.0, exact <= smooth))
+    return exact <= smooth
 
 
 def _smooth_nats(is_ink: Mask) -> float:

@@ -10,12 +10,15 @@ import torch
 
 from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.price import CUBIC, FORM_NUMBERS, LINE
 from warpvec.flat.simplification.chosen_nodes import with_counts
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points, segment_loops
+from warpvec.geometry.forms.registry import ELLIPSE
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
+from warpvec.watch.decisions import are_wanted, box_of
 
 
 def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSamples, detail: float) -> Scene:
@@ -74,7 +77,10 @@ def kept_loops(
         rise = critic.error(new) - before
         outlines = [(segment_loops(scene), control_points(scene)) for scene in (old, new)]
         costs = [np.bincount(owner, errors_near(control, rise), count) for owner, control in outlines]
-        wrong = np.maximum(*costs) > limit
+        cost = np.maximum(*costs)
+        wrong = cost > limit
+        if are_wanted():
+            _note(old, loops, critic, cost, limit)
         if not wrong[list(loops)].any():
             wrong = _is_worse_inside(outlines, rise, limit, list(loops))
         kept = {loop: curves for loop, curves in loops.items() if not wrong[loop]}
@@ -82,6 +88,16 @@ def kept_loops(
             break
         loops = kept
     return loops
+
+
+def _note(old: Scene, loops: dict[int, Floats], critic: Critic, cost: Floats, limit: Floats) -> None:
+    """Note each of the ``loops`` that may be a form, with its rise of the error and the one that is allowed [L]."""
+    first, is_line = old.structure.loop_first_segment.tolist(), old.structure.lines
+    for loop, curves in loops.items():
+        rows = slice(first[loop], first[loop + 1])
+        numbers = float(torch.where(is_line[rows], LINE, CUBIC).sum()) - FORM_NUMBERS[ELLIPSE]
+        words = f"{first[loop + 1] - first[loop]} segments", f"form of {len(curves)} segments"
+        critic.note("forms", box_of(curves), *words, numbers, (float(cost[loop]), float(limit[loop])))
 
 
 def _is_worse_inside(

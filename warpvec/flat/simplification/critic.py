@@ -20,6 +20,7 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import CUBIC, number_nats
 from warpvec.flat.simplification.outline_samples import OutlineSamples, sample_outlines
 from warpvec.geometry.scene import Scene
+from warpvec.watch.decisions import Box, Decision, note
 
 T = TypeVar("T")
 
@@ -112,6 +113,20 @@ class Critic:
             noise: squared error that never counts.
         """
         return np.square(detail) * worth + noise
+
+    def note(self, stage: str, place: Box, before: str, after: str, numbers: float, cost: tuple[float, float]) -> None:
+        """Tell those who listen of a change of words, whether or not it was taken.
+
+        Args:
+            stage: what proposed it.
+            place: what it changes.
+            before, after: what the drawing says.
+            numbers: how many it says less.
+            cost: rise of the squared error, and the one that is allowed.
+        """
+        words, (rise, allowed) = numbers * number_nats(max(self.image.shape[:2])), cost
+        picture = words * rise / max(allowed, 1e-12)
+        note(Decision(stage, place, before, after, words, picture, rise <= allowed))
 
     @staticmethod
     def detail_of(worth: float, rise: float, noise: float) -> float:

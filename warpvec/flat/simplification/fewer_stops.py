@@ -22,6 +22,7 @@ from warpvec.geometry.paints.kind import GEOMETRY_SIZE, WHOLE_SIZE
 from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
+from warpvec.watch.decisions import are_wanted, box_of
 from warpvec.watch.watch import Watch
 
 
@@ -183,6 +184,13 @@ class _Work:
             np.bincount(top[top >= 0], self.critic.error(scene)[top >= 0], len(old)) for scene in (old, new)
         )
         allowed = SIMPLIFICATION.stop_noise + SIMPLIFICATION.stop_share * before
+        for path in offered if are_wanted() else ():
+            assert old.gradients is not None
+            count = len(GradientPaint.of(old, path)), len(offered[path])
+            words, cost = [f"{n} stops" for n in count], (float(after[path] - before[path]), float(allowed[path]))
+            rows, columns = np.nonzero(top == path)
+            place = box_of(np.column_stack([columns, rows]).astype(np.float64))
+            self.critic.note("stops", place, words[0], words[1], 4.0 * (count[0] - count[1]), cost)
         return [path for path in offered if after[path] > before[path] + allowed[path]]
 
 

@@ -24,6 +24,7 @@ from warpvec.geometry.forms.registry import OUTLINE, RECT, form_of
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 from warpvec.watch.watch import Watch
 
 
@@ -50,6 +51,8 @@ def find_forms(
     height, width = critic.image.shape[:2]
     offers = _offers(scene, samples, is_eligible, detail, (width, height))
     offered = {loop: list(found) for loop, found in offers if not watch.is_over()}
+    if are_wanted():
+        _note_others(scene, is_eligible, offered)
     found: dict[int, Candidate] = {}
     while offered := {loop: each for loop, each in offered.items() if each}:
         tried = {loop: each.pop(0) for loop, each in offered.items()}
@@ -58,6 +61,16 @@ def find_forms(
         found |= {loop: tried[loop] for loop in kept}
         offered = {loop: each for loop, each in offered.items() if loop not in kept}
     return _with_forms(scene, found)
+
+
+def _note_others(scene: Scene, is_eligible: Mask, offered: dict[int, list[Candidate]]) -> None:
+    """Note the loops that no form is tried for."""
+    first = scene.structure.loop_first_segment.tolist()
+    for loop, (start, stop) in enumerate(pairwise(first)):
+        reason = "no form is near" if is_eligible[loop] else "it is a stroke, or meets a loop of its path"
+        if not offered.get(loop):
+            place, before = box_of(scene.segments[start:stop].double().numpy()), f"{stop - start} segments"
+            note(Decision("forms", place, before, "form", None, None, is_taken=False, reason=reason))
 
 
 def _offers(

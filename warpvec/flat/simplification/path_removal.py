@@ -11,11 +11,13 @@ import torch
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.price import words_of
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
 from warpvec.flat.simplification.outline_samples import segment_loops
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.watch.decisions import are_wanted
 from warpvec.watch.watch import Watch
 
 
@@ -42,10 +44,14 @@ def _needed(scene: Scene, critic: Critic, detail: float) -> Mask:
     """Return which paths [N] stay. A path goes if it costs little and overlaps with no other that goes."""
     cost, samples = critic.removal_costs(scene), critic.samples(scene)
     worth = np.bincount(samples.path, samples.worth, len(scene)).astype(np.float64)
-    order = np.argsort(cost, kind="stable")
+    order, allowed = np.argsort(cost, kind="stable"), critic.allowed(worth, detail, SIMPLIFICATION.whole_noise)
     low, high = boxes_of(samples.control, samples.path, len(scene))
     keep = np.ones(len(scene), np.bool_)
-    for path in order[cost[order] <= critic.allowed(worth, detail, SIMPLIFICATION.whole_noise)[order]].tolist():
+    for path in range(len(scene)) if are_wanted() else ():
+        numbers = words_of(scene.select(torch.tensor([path]))).number_count
+        place = (*low[path].tolist(), *high[path].tolist())
+        critic.note("paths", place, "path", "nothing", numbers, (float(cost[path]), float(allowed[path])))
+    for path in order[cost[order] <= allowed[order]].tolist():
         overlaps = (low[path] <= high) & (low <= high[path])
         keep[path] = bool((overlaps.all(1) & ~keep).any())
     return keep

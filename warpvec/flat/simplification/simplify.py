@@ -10,6 +10,7 @@ import torch
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.price import CUBIC, LINE
 from warpvec.flat.simplification.chosen_nodes import (
     chosen_scene,
     members,
@@ -26,6 +27,7 @@ from warpvec.flat.simplification.span_candidates import Outlines
 from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
+from warpvec.watch.decisions import are_wanted, box_of
 from warpvec.watch.watch import Watch
 
 
@@ -102,8 +104,10 @@ class _Work:
                 tension=self.critic.tension(simple),
             ).scene  # fmt: skip
         allowed = self._allowed(outlines, choice, scene)
-        excess = errors_near(control_points(simple), self.critic.error(simple) - before) > allowed
-        wrong, corner = wrong_segments(simple, choice, outlines, excess, is_new, rounded)
+        rise = errors_near(control_points(simple), self.critic.error(simple) - before)
+        if are_wanted():
+            self._note(scene, simple, choice, is_new, rise, allowed)
+        wrong, corner = wrong_segments(simple, choice, outlines, rise > allowed, is_new, rounded)
         return self._put_back(state, simple, choice, wrong, corner, float(before.sum() + allowed.sum()))
 
     def _allowed(self, outlines: Outlines, choice: ChosenSpans, scene: Scene) -> Floats:
@@ -112,6 +116,18 @@ class _Work:
         samples = outlines.samples
         own = self.critic.allowed(samples.worth, samples.moves(self.detail), 0.0)
         return np.bincount(source, own[row], len(choice.first)).astype(np.float64) + SIMPLIFICATION.noise
+
+    def _note(
+        self, scene: Scene, simple: Scene, choice: ChosenSpans, is_new: Mask, rise: Floats, allowed: Floats
+    ) -> None:
+        """Note each segment of ``simple`` that replaces others of ``scene``, before any is put back."""
+        control, source = control_points(simple), members(choice, choice.size, scene)[0]
+        row = members(choice, choice.size, scene)[2]
+        old = np.bincount(source, np.where(scene.structure.lines.numpy()[row], LINE, CUBIC), len(control))
+        for k in np.flatnonzero(is_new).tolist():
+            word, numbers = ("line", LINE) if choice.is_line[k] else ("curve", CUBIC)
+            before, cost = f"{choice.size[k]} segments", (float(rise[k]), float(allowed[k]))
+            self.critic.note("nodes", box_of(control[k]), before, word, float(old[k] - numbers), cost)
 
     def _put_back(
         self, state: _State, simple: Scene, choice: ChosenSpans, wrong: Mask, corner: Mask, error_max: float

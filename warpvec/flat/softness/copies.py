@@ -17,6 +17,7 @@ from warpvec.flat.softness.shadow_fitting import FoundShadow
 from warpvec.flat.softness.shadows import Shadow, channels_of, is_soft, mixed_again
 from warpvec.flat.softness.traced_casters import Casting
 from warpvec.flat.softness.traced_grounds import TracedGround, find_traced_grounds
+from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 
 
 def find_copies(image: Floats32, traced: Regions, is_time_up: Callable[[], bool], is_jpeg: bool) -> list[Shadow]:
@@ -35,10 +36,13 @@ def find_copies(image: Floats32, traced: Regions, is_time_up: Callable[[], bool]
         if is_time_up():
             return []
         shadow = _copy_on(ground, levels, traced)
-        if (
-            shadow is not None
-            and gain(image, ground.noise, traced, shadow, find_regions(shadow.clean, is_jpeg=is_jpeg)) > 0.0
-        ):
+        if shadow is None:
+            continue
+        nats = gain(image, ground.noise, traced, shadow, find_regions(shadow.clean, is_jpeg=is_jpeg))
+        if are_wanted():
+            place = box_of(np.argwhere(shadow.casters > 0.5)[:, ::-1].astype(np.float64))
+            note(Decision("shadow", place, "regions", f"blur of {shadow.look.sigma:.2f} px", nats, 0.0, nats > 0.0))
+        if nats > 0.0:
             return [shadow]
     return []
 

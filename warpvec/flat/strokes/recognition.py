@@ -19,6 +19,7 @@ from warpvec.flat.strokes.candidates import stroke_candidates
 from warpvec.flat.strokes.stroke import Stroke, read_back, with_shared_looks, with_strokes
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
+from warpvec.watch.decisions import are_wanted, box_of
 from warpvec.watch.watch import Watch
 
 
@@ -129,6 +130,8 @@ class _Judge:
         moved = self._moved(rise, replaced)
         most = {path: STROKES.cost_share_max * _fill_cost(self.scene, rows, loop) for path, rows in replaced.items()}
         short = {path for path in replaced if strokes[path].cost <= most[path]}
+        if are_wanted():
+            self._note(strokes, replaced, moved, most, detail)
         return _Verdict(
             read_back(drawn, strokes), rise,
             moved,
@@ -137,6 +140,17 @@ class _Judge:
             {path for path in short if moved[path] <= STROKES.close_share * detail
              and self._farthest(rise, replaced[path]) <= STROKES.close_peak * detail},
         )  # fmt: skip
+
+    def _note(
+        self, strokes: dict[int, Stroke], replaced: dict[int, Mask], moved: dict[int, float], most: dict[int, float],
+        detail: float,
+    ) -> None:  # fmt: skip
+        """Note the ``strokes`` that are tried, by generation, and how far each moves the outlines that it replaces."""
+        for path, rows in replaced.items():
+            control, allowed = self.samples.control[rows], STROKES.detail_share * detail
+            saved = most[path] / STROKES.cost_share_max - strokes[path].cost
+            cost = (moved[path] ** 2, allowed**2) if strokes[path].cost <= most[path] else (1.0, 0.0)
+            self.critic.note("strokes", box_of(control), f"{int(rows.sum())} segments", "stroke", saved, cost)
 
     def _replaced(self, strokes: dict[int, Stroke]) -> dict[int, Mask]:
         """Return the rows that each of the strokes replaces."""
