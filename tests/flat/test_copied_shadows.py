@@ -30,7 +30,7 @@ def picture(shadow: str, noise: float) -> np.ndarray:
 def test_a_card_among_shapes_casts_its_shadow_even_in_noise(noise: float) -> None:
     pytest.importorskip("svgelements")
     image = picture(SHADOW, noise)
-    found = find_copies(image, find_regions(image), lambda: False, False)
+    found = find_copies(image, find_regions(image), lambda: False)
     assert len(found) == 1
     assert found[0].look.sigma == pytest.approx(2.5, rel=0.2)
     assert found[0].look.offset == pytest.approx((3.0, 5.0), abs=0.6)
@@ -40,4 +40,4 @@ def test_a_card_among_shapes_casts_its_shadow_even_in_noise(noise: float) -> Non
 def test_shapes_without_a_shadow_have_none(noise: float) -> None:
     pytest.importorskip("svgelements")
     image = picture("", noise)
-    assert not find_copies(image, find_regions(image), lambda: False, False)
+    assert not find_copies(image, find_regions(image), lambda: False)

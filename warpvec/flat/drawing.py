@@ -116,9 +116,9 @@ class FlatDrawing:
     @cached_property
     def _variance(self) -> Floats | None:
         """Squared deviation of the pixels of a JPEG from their drawing [h, w], as of `Critic`; None for others."""
-        if self._jpeg is None:
+        if self.jpeg is None:
             return None
-        return (Evidence.of(self.image.numpy(), self._jpeg).variance - ROUNDING) / 255.0**2
+        return (Evidence.of(self.image.numpy(), self.jpeg).variance - ROUNDING) / 255.0**2
 
     @property
     def picture(self) -> Tensor:
@@ -190,7 +190,7 @@ class FlatDrawing:
         """
         image, watch = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing)
         if self.is_doubtful:
-            require_shorter_parts(image, self._jpeg, watch)
+            require_shorter_parts(image, self.jpeg, watch)
         return find_regions(image, self.config.min_area, watch, self.may_refuse, is_jpeg=self.rounding is not None)
 
     @cached_property
@@ -198,7 +198,7 @@ class FlatDrawing:
         """The picture before it was saved as JPEG, and its regions."""
         image, watch, found = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing), self.rough
         if self.is_doubtful:
-            require_shorter(found, Evidence.of(image, self._jpeg))
+            require_shorter(found, Evidence.of(image, self.jpeg))
         if self.may_refuse:
             require_few_edges(found)
             if self.rounding is None:
@@ -209,7 +209,7 @@ class FlatDrawing:
         return torch.from_numpy(before), found
 
     @property
-    def _jpeg(self) -> Jpeg | None:
+    def jpeg(self) -> Jpeg | None:
         """What the picture was saved as; None for no JPEG, or if it was enlarged before."""
         return self.rounding.jpeg if self.rounding is not None and self.rounding.factor == 1.0 else None
 

@@ -161,7 +161,7 @@ class SoftDrawing:
         if self.work.known is not None or self._is_time_up:
             return None
         image, is_jpeg = self.work.image.numpy(), self.work.rounding is not None
-        found = find_copies(image, self.hard.rough, lambda: self._is_time_up, is_jpeg)
+        found = find_copies(image, self.hard.rough, lambda: self._is_time_up, is_jpeg, self.work.jpeg)
         return CopiedShadows(self.work, found[0]) if found else None
 
     @property

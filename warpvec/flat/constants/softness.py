@@ -325,6 +325,11 @@ class SoftnessConstants:
     slab_border: float = 0.3
     """Least share of the border of a slab of a shadow that it has with its shape, and with the ground."""
 
+    bleed_sigma: float = 2.0
+    bleed_offset: float = 0.5
+    """Blur and offset in pixels up to which a shadow in a JPEG is its colours, which it stores at half size: they are
+    blurred by 1 px, and by 1.6 to 1.8 where white cuts them off, and not moved."""
+
     better: float = 0.98
     """Error with another choice of pieces, in the one before, below which it is better."""
 

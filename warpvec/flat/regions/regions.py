@@ -76,8 +76,10 @@ class Regions:
         mixed = self.mixed().astype(np.float64)
         return np.asarray(255.0 * (mixed[..., :3] + 1.0 - mixed[..., 3:]))
 
-    def nats(self, evidence: Evidence) -> float:
+    def nats(self, evidence: Evidence, added: Floats | None = None) -> float:
         """Return the nats of the regions, and of what they leave of the picture of ``evidence``.
+
+        To what they show something may be ``added`` [h, w, 3], in levels, whose words are not counted.
 
         A region says its outline and its paint. A mixed pixel says its share, to the deviation of the pixels: that
         takes the more, the farther its two paints are apart.
@@ -90,7 +92,8 @@ class Regions:
         one, other = (self.paints.at(label[y, x], *places) for label in (self.label, self.other))
         contrast = 255.0 * np.abs(one - other).max(1, initial=0.0)
         stated += float(np.log(np.maximum(contrast / evidence.sigma.mean(), 1.0)).sum())
-        return stated + float(evidence.misfit(self.shown()).sum())
+        shown = self.shown() if added is None else self.shown() + added
+        return stated + float(evidence.misfit(shown).sum())
 
 
 def find_regions(

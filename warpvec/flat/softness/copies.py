@@ -9,6 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32
+from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.evidence.evidence import ROUNDING, Evidence
 from warpvec.flat.price import SHADOW_NUMBERS, number_nats
@@ -20,7 +21,9 @@ from warpvec.flat.softness.traced_grounds import TracedGround, find_traced_groun
 from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 
 
-def find_copies(image: Floats32, traced: Regions, is_time_up: Callable[[], bool], is_jpeg: bool) -> list[Shadow]:
+def find_copies(
+    image: Floats32, traced: Regions, is_time_up: Callable[[], bool], is_jpeg: bool = False, jpeg: Jpeg | None = None
+) -> list[Shadow]:
     """Return the shadow of an opaque picture as a copy of traced pieces; none if there is none or it does not pay.
 
     Args:
@@ -28,6 +31,7 @@ def find_copies(image: Floats32, traced: Regions, is_time_up: Callable[[], bool]
         traced: a rough tracing of it, with its shadow.
         is_time_up: whether the search is to end.
         is_jpeg: whether the picture was saved as JPEG.
+        jpeg: what it was saved as; None if that is not known of its pixels.
     """
     if image.shape[2] > 3 or not 1 < len(traced) <= SOFTNESS.pieces_max:
         return []
@@ -36,9 +40,11 @@ def find_copies(image: Floats32, traced: Regions, is_time_up: Callable[[], bool]
         if is_time_up():
             return []
         shadow = _copy_on(ground, levels, traced)
-        if shadow is None:
+        if shadow is None or (is_jpeg and _is_bleed(shadow.look)):
             continue
-        nats = gain(image, ground.noise, traced, shadow, find_regions(shadow.clean, is_jpeg=is_jpeg))
+        white = np.full(3, math.sqrt(ROUNDING + ground.noise**2))
+        evidence = Evidence(levels, white) if jpeg is None else Evidence.of(image, jpeg)
+        nats = gain(evidence, traced, shadow, find_regions(shadow.clean, is_jpeg=is_jpeg))
         if are_wanted():
             place = box_of(np.argwhere(shadow.casters > 0.5)[:, ::-1].astype(np.float64))
             note(Decision("shadow", place, "regions", f"blur of {shadow.look.sigma:.2f} px", nats, 0.0, nats > 0.0))
@@ -47,19 +53,26 @@ def find_copies(image: Floats32, traced: Regions, is_time_up: Callable[[], bool]
     return []
 
 
-def gain(image: Floats32, noise: float, before: Regions, shadow: Shadow, after: Regions) -> float:
-    """Return by how many nats an ``image`` [h, w, 3] is shorter to say with a ``shadow``.
+def _is_bleed(look: FoundShadow) -> bool:
+    """Return whether a shadow is what a JPEG with colours at half size makes around each shape: unmoved and narrow."""
+    return look.sigma <= SOFTNESS.bleed_sigma and math.hypot(*look.offset) <= SOFTNESS.bleed_offset
+
+
+def gain(evidence: Evidence, before: Regions, shadow: Shadow, after: Regions) -> float:
+    """Return by how many nats the picture of ``evidence`` is shorter to say with a ``shadow``.
 
     Args:
-        image: the picture.
-        noise: standard deviation of its noise, in levels.
+        evidence: the picture.
         before: its regions, with slabs of the shadow.
         shadow: a shadow of it.
         after: the regions of the picture without it.
     """
-    sigma = np.full(3, math.sqrt(ROUNDING + noise**2))
-    whole, clean = (Evidence(255.0 * picture.astype(np.float64), sigma) for picture in (image, shadow.clean))
-    return before.nats(whole) - after.nats(clean) - SHADOW_NUMBERS * number_nats(max(image.shape))
+    ground, look, levels = shadow.ground, shadow.look, evidence.levels
+    assert isinstance(ground, TracedGround)
+    shade = look.shade_of(shadow.casters, ground.deviation)
+    # What was taken away at edges is a mix; elsewhere it may be noise too.
+    added = np.where(ground.is_open[..., None], shade, levels - 255.0 * shadow.clean)
+    return before.nats(evidence) - after.nats(evidence, added) - SHADOW_NUMBERS * number_nats(max(levels.shape))
 
 
 def _copy_on(ground: TracedGround, levels: Floats, regions: Regions) -> Shadow | None:
