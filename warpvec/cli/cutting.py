@@ -134,7 +134,7 @@ def _write_once(result: Result, options: Mapping[str, Any]) -> int:
     from warpvec.making.sheets import outline_count
 
     path = options["cut_once"]
-    sheet = edges_once(result.drawing.text, result.target.per_inch, keeps_lines=result.config.mode == "lines")
+    sheet = edges_once(result.drawing.text, result.target.per_inch, keeps_lines=result.has_center_lines)
     count = outline_count(sheet)
     write_atomic(path, _encoded(sheet, path, result))
     if not options["quiet"]:
@@ -161,7 +161,7 @@ def _sheet_options(result: Result, options: Mapping[str, Any]) -> SheetOptions:
         lengths["min_width"] = 0.0
     return SheetOptions(
         **lengths, mirror=options["mirror"], registration=options["marks"], weeding=options["weeding"],
-        size_check=options["size_check"], keeps_lines=result.config.mode == "lines",
+        size_check=options["size_check"], keeps_lines=result.has_center_lines,
     )  # fmt: skip
 
 

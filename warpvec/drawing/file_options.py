@@ -57,8 +57,15 @@ class FileOptions:
     no_metadata: bool = setting(False, Flag(), "Leave the settings (1 KB) out of the file.", RESULT)
     """Leave the settings of the fit, about 1 KB, out of the file."""
 
-    dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as short lines.", RESULT)
-    """Write outlines with curves as splines in DXF files, in place of chords within 0.01 mm."""
+    dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as arcs.", RESULT)
+    """Write outlines with curves as splines in DXF files, in place of lines and arcs within 0.01 mm."""
+
+    dxf_strokes: str = setting(
+        "auto", Choice(("auto", "edges", "center")), "DXF: strokes as both edges, or center lines (--mode lines).",
+        RESULT,
+    )  # fmt: skip
+    """What a stroke is in files for cutters: both its edges, or its centre line. "auto" takes the centre line for pens:
+    in the mode lines, and for the purpose "pen"."""
 
     ppi: str = setting(
         "mm", Choice(("mm", "96", "72")), "State --size as is (mm), or in pixels of 1/96 or 1/72 inch.", RESULT
