@@ -92,13 +92,8 @@ def _check_cut_once(path: str | None) -> None:
     if Path(path).suffix.lower() not in _ONCE_SUFFIXES:
         rule = f"must end in {' or '.join(_ONCE_SUFFIXES)}"
         raise InputError("--cut-once", rule, repr(path), "rename it")
-    from warpvec.svg.foreign.skia import load_skia  # not above: help does without it
-
     check_writable(path, "--cut-once")
     check_packages("--cut-once")
-    if load_skia() is None:  # the drawing may have strokes, whose outlines are edges
-        rule, found = "needs the packages of the extra refine", "skia-pathops is missing"
-        raise InputError("--cut-once", rule, found, "pip install 'warpvec[refine]'")
 
 
 def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:

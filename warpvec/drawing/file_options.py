@@ -42,7 +42,7 @@ class FileOptions:
 
     size: str | None = setting(
         None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%", "str"),
-        "Width, such as 90mm; also in, cm, pt, px or %.", RESULT, is_daily=True,
+        "Width, such as 90mm; also in, cm, pt, px, %. Qt takes 90 dpi, sharp 72: see --ppi.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(
@@ -70,7 +70,10 @@ class FileOptions:
     ppi: str = setting(
         "mm", Choice(("mm", "96", "72")), "State --size as is (mm), or in pixels of 1/96 or 1/72 inch.", RESULT
     )
-    """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units."""
+    """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units.
+
+    Of a size in mm, Qt and Skia make pixels of 1/90 inch, sharp of 1/72; Android and paper.js drop the unit; browsers,
+    Inkscape, resvg and cutters' programs read it. LibreOffice opens every DXF 10 cm long: scale it there."""
     current_color: str | None = setting(
         None, Custom(_check_color, parse_text, "COLOR", "a colour, or darkest", "str"),
         "Give this colour (or the darkest) the page's text colour.", RESULT, bare=DARKEST,

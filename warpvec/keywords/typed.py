@@ -153,7 +153,7 @@ class Keywords(TypedDict, total=False):
     replace_gap: int
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None
-    """Width, such as 90mm; also in, cm, pt, px or %."""
+    """Width, such as 90mm; also in, cm, pt, px, %. Qt takes 90 dpi, sharp 72: see --ppi."""
     purpose: Literal["web", "plain", "print", "android", "font", "tiny", "pen", "cricut"]
     """What it is for, such as plain, android or pen."""
     trim: bool
@@ -161,7 +161,9 @@ class Keywords(TypedDict, total=False):
     plain_paths: bool
     """Write paths only, no circles, ellipses or rectangles."""
     dxf_splines: bool
-    """DXF: write curves as splines, not as short lines."""
+    """DXF: write curves as splines, not as arcs."""
+    dxf_strokes: Literal["auto", "edges", "center"]
+    """DXF: strokes as both edges, or center lines (--mode lines)."""
     ppi: Literal["mm", "96", "72"]
     """State --size as is (mm), or in pixels of 1/96 or 1/72 inch."""
     current_color: str | None

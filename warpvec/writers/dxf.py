@@ -5,10 +5,15 @@ The page is not a part. A stroke is both its edges, which is what a cutter needs
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 from warpvec.making.packages import PACKAGES
 from warpvec.writers.writer import Target, Writer, check_package
+
+
+_LINES = re.compile(r'<metadata>[^<]*"mode": "lines"')
+"""What the SVG of a drawing states that was made of lines for a pen."""
 
 
 def _check(path: str, name: str) -> None:
@@ -23,7 +28,8 @@ def _encode(svg: str, target: Target) -> bytes:
     from warpvec.making.regions import stroke_edges
 
     sheet = read_parts(svg, target.per_inch)
-    if not target.center_lines:
+    is_for_pen = _LINES.search(svg) is not None if target.center_lines is None else target.center_lines
+    if not is_for_pen:
         sheet = replace(sheet, parts=tuple(map(stroke_edges, sheet.parts)))
     return encode_sheet(sheet, splines=target.splines)
 
