@@ -181,6 +181,26 @@ def test_the_edges_of_a_ring_are_true_circles_and_a_cap_is_an_arc(tmp_path: Path
     assert bulges == pytest.approx([0, 0, math.tan(math.pi / 8), math.tan(math.pi / 8), 1, 1], abs=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("options", "has_edges"),
+    [
+        ({"mode": "lines"}, False),
+        ({"mode": "lines", "dxf_strokes": "edges"}, True),
+        ({"mode": "flat"}, True),
+        ({"mode": "flat", "purpose": "pen"}, False),
+    ],
+)
+def test_pens_get_the_lines_and_cutters_both_edges(options: dict[str, Any], has_edges: bool, tmp_path: Path) -> None:
+    pixels = np.full((48, 64, 3), 255, np.uint8)
+    pixels[20:24, 8:56] = 0
+    result = warpvec.vectorize(pixels, **options, threads=1, iterations=4)
+    assert result.scene.strokes is not None
+    (entity,) = read(result.encoded("a.dxf"), tmp_path).modelspace()
+    assert (entity.dxftype() == "LWPOLYLINE") == has_edges
+    if "dxf_strokes" not in options and "purpose" not in options:  # the page has the text alone
+        assert encode(result.svg(), "a.dxf") == result.encoded("a.dxf")
+
+
 def test_a_curve_is_arcs_and_few(tmp_path: Path) -> None:
     text = svg('<path fill="#128" d="M120.02 20c40-30 90 20 60 60c-30 30-70 10-70-20z"/>')
     document = read(encode(text, "a.dxf"), tmp_path)
