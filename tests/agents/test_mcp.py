@@ -143,6 +143,8 @@ def test_a_path_outside_of_the_folders_is_refused(folder: Path, arguments: dict[
         ({"out": "a.svg", "settings": {"on_progress": 3}}, "on_progress is not a setting"),
         ({"out": "a.svg", "settings": {"mode": "drawing"}}, "mode must be one of auto, photo, flat, mono, lines"),
         ({"out": "a.svg", "image": "no.png"}, "image must be an image file"),
+        ({"out": "a" * 5000 + ".svg"}, "out must be a valid file name"),
+        ({"out": "a.svg", "image": "a" * 5000}, "image must be a valid file name"),
     ],
 )
 def test_wrong_input_is_answered_with_what_is_allowed(folder: Path, arguments: dict[str, Any], words: str) -> None:

@@ -46,7 +46,7 @@ class LocalFolder:
         Raises:
             InputError: there is no such folder.
         """
-        if not self._path.is_dir():
+        if not os.path.isdir(self._path):  # unlike pathlib, it takes a name that is too long
             raise InputError(self._name, "must be a folder", repr(self._given), "check the path")
         found = []
         for folder, folders, files in os.walk(self._path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,10 +78,10 @@ def check_cutting(options: Mapping[str, Any]) -> None:
         if options["min_width"] and not options["check_cut"]:
             raise InputError("--min-width", "must come with --sheets or --check-cut", remedy="add one of them")
     else:
-        folder = Path(options["sheets"])
-        if folder.exists() and not folder.is_dir():
-            raise InputError("--sheets", "must be a folder", repr(options["sheets"]), "choose another name")
-        check_writable(folder if folder.exists() else folder.parent / "sheet.svg", "--sheets")
+        folder = options["sheets"]
+        if os.path.exists(folder) and not os.path.isdir(folder):
+            raise InputError("--sheets", "must be a folder", repr(folder), "choose another name")
+        check_writable(os.path.join(folder, "sheet.svg") if os.path.isdir(folder) else Path(folder), "--sheets")
     _check_cut_once(options["cut_once"])
     if options["sheets"] is not None or options["check_cut"]:
         check_packages("--sheets and --check-cut")

@@ -11,7 +11,6 @@ from dataclasses import replace
 from warpvec.making.packages import PACKAGES
 from warpvec.writers.writer import Target, Writer, check_package
 
-
 _LINES = re.compile(r'<metadata>[^<]*"mode": "lines"')
 """What the SVG of a drawing states that was made of lines for a pen."""
 
