@@ -11,6 +11,7 @@ import argparse
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -78,41 +79,31 @@ def _netpbm(program: str, *options: str) -> Callable[[Path, Pixels, Path], objec
 
 def _pillow(format: str, **options: Any) -> Callable[[Path, Pixels, Path], object]:
     def write(path: Path, pixels: Pixels, _: Path) -> None:
-        mode = options.pop("mode", None)
-        image = Image.fromarray(pixels)
-        (image if mode is None else image.convert(mode)).save(path, format, **options)
+        Image.fromarray(pixels).save(path, format, **options)
 
     return write
 
 
 def _tifffile(change: Callable[[Pixels], NDArray[Any]], **options: Any) -> Callable[[Path, Pixels, Path], object]:
     def write(path: Path, pixels: Pixels, _: Path) -> None:
-        import tifffile
-
-        tifffile.imwrite(path, change(pixels), **options)
+        import_module("tifffile").imwrite(path, change(pixels), **options)
 
     return write
 
 
 def _imagecodecs(name: str, **options: Any) -> Callable[[Path, Pixels, Path], object]:
     def write(path: Path, pixels: Pixels, _: Path) -> None:
-        import imagecodecs
-
-        path.write_bytes(getattr(imagecodecs, f"{name}_encode")(pixels, **options))
+        path.write_bytes(getattr(import_module("imagecodecs"), f"{name}_encode")(pixels, **options))
 
     return write
 
 
 def _psd_tools(path: Path, pixels: Pixels, _: Path) -> None:
-    from psd_tools import PSDImage
-
-    PSDImage.frompil(Image.fromarray(pixels)).save(path)
+    import_module("psd_tools").PSDImage.frompil(Image.fromarray(pixels)).save(path)
 
 
 def _heif(path: Path, pixels: Pixels, _: Path) -> None:
-    import pillow_heif
-
-    pillow_heif.from_pillow(Image.fromarray(pixels)).save(path, quality=95)
+    import_module("pillow_heif").from_pillow(Image.fromarray(pixels)).save(path, quality=95)
 
 
 _MAGICK = "ImageMagick"
@@ -123,7 +114,7 @@ FORMATS = (
     Format("JPEG", _MAGICK, "colours", _convert("jpg", "-quality", "95")),
     Format("JPEG, CMYK", _MAGICK, "colours", _convert("jpg", "-colorspace", "CMYK", "-quality", "95")),
     Format("GIF", _MAGICK, "alpha", _convert("gif")),
-    Format("WebP", _MAGICK, "alpha", _convert("webp", "-quality", "95")),
+    Format("WebP", _MAGICK, "alpha", _convert("webp", "-define", "webp:lossless=true")),
     Format("BMP", _MAGICK, "colours", _convert("bmp3")),
     Format("BMP with alpha", _MAGICK, "alpha", _convert("bmp")),
     Format("TIFF, LZW", _MAGICK, "alpha", _convert("tiff", "-compress", "lzw")),
@@ -132,7 +123,8 @@ FORMATS = (
     Format("TIFF, 16 bits, planar", "tifffile", "colours", _tifffile(
         lambda p: np.ascontiguousarray(p.transpose(2, 0, 1)).astype(np.uint16) * 257,
         photometric="rgb", planarconfig="separate")),
-    Format("TIFF, float RGB", "tifffile", "colours", _tifffile(lambda p: (p / 255).astype(np.float32), photometric="rgb")),
+    Format("TIFF, float RGB", "tifffile", "colours", _tifffile(
+        lambda p: (p / 255).astype(np.float32), photometric="rgb")),
     Format("TIFF, float grey", "tifffile", "grey", _tifffile(lambda p: (p[..., 0] / 255).astype(np.float32))),
     Format("PSD", _MAGICK, "colours", _convert("psd")),
     Format("PSD with alpha", _MAGICK, "alpha", _convert("psd")),
@@ -145,14 +137,13 @@ FORMATS = (
     Format("PPM", _MAGICK, "colours", _convert("ppm")),
     Format("PAM with alpha", _MAGICK, "alpha", _convert("pam")),
     Format("ICO", _MAGICK, "alpha", _convert("ico")),
-    Format("CUR", "Pillow", "alpha", _pillow("ICO")),
-    Format("ICNS", "Pillow", "colours", _pillow("ICNS", sizes=[(32, 32)])),
-    Format("TGA", _MAGICK, "alpha", _convert("tga")),
+    Format("TGA", "netpbm", "colours", _netpbm("ppmtotga", "-rgb")),
+    Format("TGA with alpha", "Pillow", "alpha", _pillow("TGA")),
     Format("PCX", _MAGICK, "colours", _convert("pcx")),
     Format("DDS", _MAGICK, "colours", _convert("dds", "-define", "dds:compression=none")),
     Format("JPEG 2000", _MAGICK, "colours", _convert("jp2", "-quality", "100")),
     Format("QOI", "imagecodecs", "alpha", _imagecodecs("qoi")),
-    Format("AVIF", "Pillow", "alpha", _pillow("AVIF", quality=95)),
+    Format("AVIF", "Pillow", "alpha", _pillow("AVIF", quality=95, subsampling="4:4:4")),
     Format("HEIC", "pillow-heif", "colours", _heif),
     Format("JPEG XL", "imagecodecs", "colours", _imagecodecs("jpegxl", lossless=True)),
     Format("JPEG XR", "imagecodecs", "colours", _imagecodecs("jpegxr", level=1.0)),
@@ -168,7 +159,7 @@ FORMATS = (
 
 
 def judged(format: Format, folder: Path) -> str | None:
-    """Return "right", "wrong by N levels" or the line of a refusal; None if the program is not there."""
+    """Return "right", "wrong by N levels", or "refused" with the remedy; None if the program is not there."""
     pixels = pictures()[format.picture]
     png, path = folder / "picture.png", folder / "file"
     Image.fromarray(pixels).save(png)
@@ -177,9 +168,9 @@ def judged(format: Format, folder: Path) -> str | None:
     except (ImportError, FileNotFoundError, subprocess.CalledProcessError):
         return None
     try:
-        found = read_image(path.read_bytes(), name=format.name)
+        found = read_image(path.read_bytes())
     except InputError as error:
-        return str(error)
+        return f"refused: {error.remedy}"
     return _compared(found, pixels)
 
 
