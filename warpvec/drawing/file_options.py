@@ -42,7 +42,7 @@ class FileOptions:
 
     size: str | None = setting(
         None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%", "str"),
-        "Width, such as 90mm; also in, cm, pt, px, %. Qt takes 90 dpi, sharp 72: see --ppi.", RESULT, is_daily=True,
+        "Width: 90mm, also in, cm, pt, px or %; see --ppi.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(
@@ -61,15 +61,17 @@ class FileOptions:
     """Write outlines with curves as splines in DXF files, in place of lines and arcs within 0.01 mm."""
 
     dxf_strokes: str = setting(
-        "auto", Choice(("auto", "edges", "center")), "DXF: strokes as both edges, or center lines (--mode lines).",
+        "auto", Choice(("auto", "edges", "center")), "DXF: strokes as both edges, or for pens as the center lines.",
         RESULT,
     )  # fmt: skip
     """What a stroke is in files for cutters: both its edges, or its centre line. "auto" takes the centre line for pens:
     in the mode lines, and for the purpose "pen"."""
 
     ppi: str = setting(
-        "mm", Choice(("mm", "96", "72")), "State --size as is (mm), or in pixels of 1/96 or 1/72 inch.", RESULT
-    )
+        "mm", Choice(("mm", "96", "72")),
+        "State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt takes mm at 90 dpi, sharp at 72.",
+        RESULT,
+    )  # fmt: skip
     """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units.
 
     Of a size in mm, Qt and Skia make pixels of 1/90 inch, sharp of 1/72; Android and paper.js drop the unit; browsers,
