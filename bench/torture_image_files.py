@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from functools import cache
 
 import numpy as np
@@ -68,6 +69,65 @@ def _gifs() -> list[bytes]:
     ]  # fmt: skip
 
 
+def _avifs() -> list[bytes]:
+    two = {"save_all": True, "append_images": [_pixels("RGB", 1)]}
+    return [
+        _encoded("AVIF", _pixels("RGB")), _encoded("AVIF", _pixels("RGBA")), _encoded("AVIF", _pixels("RGB"), **two),
+        _encoded("AVIF", _pixels("RGB"), icc_profile=_profile(), subsampling="4:0:0"),
+    ]  # fmt: skip
+
+
+def _netpbms() -> list[bytes]:
+    """Return files of netpbm, binary and as text, of one and two bytes a sample; PAM is this program's own."""
+    binary = [_encoded("PPM", _pixels(mode)) for mode in ("RGB", "L", "1")]
+    deep = b"P5\n# deep\n3 2\n1000\n" + struct.pack(">6H", 0, 1, 500, 999, 1000, 7)
+    plain = [b"P1 3 2\n1 0 1 0 0 1\n", b"P2\n3 2\n9\n0 1 2 3 9 5\n", b"P3 1 2 255 # red, green\n255 0 0 0 255 0\n"]
+    head = "P7\nWIDTH 3\nHEIGHT 2\nDEPTH {}\nMAXVAL {}\nTUPLTYPE {}\nENDHDR\n"
+    pams = [
+        head.format(4, 255, "RGB_ALPHA").encode() + bytes(range(24)),
+        head.format(1, 1, "BLACKANDWHITE").encode() + b"\0\1" * 3,
+        head.format(2, 65535, "GRAYSCALE_ALPHA").encode() + bytes(range(24)),
+    ]
+    return [*binary, deep, *plain, *pams, _encoded("PPM", Image.fromarray(np.eye(5, dtype=np.uint16) * 60_000))]
+
+
+def _psds() -> list[bytes]:
+    """Return files of Photoshop with the composite alone: RGB, grey, CMYK and with alpha, plain and in runs."""
+    found = []
+    for mode, number, channels in (("RGB", 3, 3), ("L", 1, 1), ("CMYK", 4, 4), ("RGBA", 3, 4)):
+        samples = np.asarray(_pixels(mode)).reshape(6, 9, channels)
+        head = b"8BPS" + struct.pack(">H6xHIIHH", 1, channels, 6, 9, 8, number) + bytes(12)
+        planes = samples.transpose(2, 0, 1)
+        rows = [b"\x08" + row.tobytes() for plane in planes for row in plane]  # a run of nine other bytes
+        found.append(head + b"\0\0" + planes.tobytes())
+        found.append(head + b"\0\1" + struct.pack(f">{len(rows)}H", *map(len, rows)) + b"".join(rows))
+    return found
+
+
+def _icons() -> list[bytes]:
+    image = _pixels("RGBA").resize((32, 32))
+    sizes = {"sizes": [(16, 16), (32, 32)]}
+    return [_encoded("ICO", image, **sizes), _encoded("ICO", image, bitmap_format="bmp"), _encoded("ICNS", image)]
+
+
+def _others() -> list[bytes]:
+    """Return files of old formats and of games."""
+    return [
+        *(_encoded("TGA", _pixels(mode)) for mode in ("RGB", "RGBA", "L", "P")),
+        _encoded("TGA", _pixels("RGB"), compression="tga_rle"), _encoded("QOI", _pixels("RGB")),
+        _encoded("QOI", _pixels("RGBA")), *(_encoded("PCX", _pixels(mode)) for mode in ("RGB", "L", "P", "1")),
+        *(_encoded("DDS", _pixels(mode)) for mode in ("RGB", "RGBA", "L")),
+        _encoded("DDS", _pixels("RGBA").resize((8, 8)), pixel_format="DXT5"),
+    ]  # fmt: skip
+
+
+def _jpeg2000s() -> list[bytes]:
+    return [
+        _encoded("JPEG2000", _pixels("RGB")), _encoded("JPEG2000", _pixels("RGBA")), _encoded("JPEG2000", _pixels("L")),
+        _encoded("JPEG2000", _pixels("RGB"), no_jp2=True), _encoded("JPEG2000", _pixels("RGB"), irreversible=True),
+    ]  # fmt: skip
+
+
 def _pixels(mode: str, seed: int = 0) -> Image.Image:
     noise = np.random.default_rng(seed).integers(0, 256, (6, 9, 4), np.uint8)
     return Image.fromarray(noise).convert("RGB").convert(mode) if mode != "RGBA" else Image.fromarray(noise)
@@ -84,4 +144,5 @@ def _encoded(format: str, image: Image.Image, **options: object) -> bytes:
 
 
 _MAKERS = {"png": _pngs, "jpeg": _jpegs, "webp": _webps, "tiff": _tiffs, "bmp": _bmps, "gif": _gifs}
+_MAKERS |= {"avif": _avifs, "netpbm": _netpbms, "psd": _psds, "icon": _icons, "other": _others, "jp2": _jpeg2000s}
 KINDS = tuple(_MAKERS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import zlib
 from collections.abc import Callable
@@ -125,14 +126,26 @@ def _claiming_tiff(chance: Random) -> bytes:
 
 
 def _claiming_other(chance: Random) -> bytes:
-    """Return a BMP, GIF or JPEG whose header states another size."""
-    kind = chance.choice(["bmp", "gif", "jpeg"])
+    """Return a file of another kind whose header states another size."""
+    kind = chance.choice(["bmp", "gif", "jpeg", "psd", "netpbm", "other", "jp2"])
     data = bytearray(chance.choice(files.seeds(kind)))
     width, height = _size(chance)
     if kind == "bmp":
         struct.pack_into("<ii", data, 18, width & 0x7FFFFFFF, chance.choice([1, -1]) * (height & 0x7FFFFFFF))
     elif kind == "gif":
         struct.pack_into("<HH", data, 6, width & 0xFFFF, height & 0xFFFF)
+    elif kind == "psd":
+        struct.pack_into(">II", data, 14, height, width)
+    elif kind == "netpbm":
+        return re.sub(rb"\d+", lambda found: b"%d" % chance.choice([int(found[0]), width, height]), bytes(data[:60]))
+    elif kind == "jp2":
+        struct.pack_into(">II", data, data.find(b"\xff\x51") + 6, width, height)
+    elif data[:4] == b"qoif":
+        struct.pack_into(">II", data, 4, width, height)
+    elif data[:4] == b"DDS ":
+        struct.pack_into("<II", data, 12, height, width)
+    elif kind == "other":  # TGA; PCX states the last column and row
+        struct.pack_into("<HH", data, 8 if data[0] == 10 else 12, width & 0xFFFF, height & 0xFFFF)
     else:
         start = max(data.find(b"\xff\xc0"), data.find(b"\xff\xc2"))
         struct.pack_into(">HH", data, start + 5, height & 0xFFFF, width & 0xFFFF)

@@ -131,7 +131,8 @@ class Result:
         and ``.jsx`` is a React component.
 
         ``.pdf`` and ``.eps`` have rings of sharp paths in place of a soft path. ``.dxf`` has no blur: a warning says
-        how many soft paths it draws sharp. A drawing that was made with ``soft=0`` has none.
+        how many soft paths it draws sharp. A drawing that was made with ``soft=0`` has none. It has both edges of a
+        stroke, or its centre line (``dxf_strokes``).
 
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
@@ -164,7 +165,14 @@ class Result:
     def target(self) -> Target:
         """What writers need to know beside the SVG."""
         options = self.encoding.options
-        return Target(self.canvas, options.dxf_splines, per_inch=options.per_inch or 96.0)
+        return Target(self.canvas, options.dxf_splines, self.has_center_lines, per_inch=options.per_inch or 96.0)
+
+    @property
+    def has_center_lines(self) -> bool:
+        """Whether files for cutters have strokes as their centre lines, which pens follow, and not as both edges."""
+        chosen = self.encoding.options.dxf_strokes
+        is_for_pen = self.config.mode == "lines" or self.encoding.options.purpose == "pen"
+        return chosen == "center" or (chosen == "auto" and is_for_pen)
 
     def render(self, scale: float = 1.0) -> NDArray[np.float32]:
         """Return the file's scene drawn with exact coverage, [h, w, 3], at ``scale`` times the picture's size, rounded.

@@ -6,12 +6,14 @@ import asyncio
 import base64
 import io
 import os
+import subprocess
 import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from children import runs, start, wait_for
 from commands import assert_refused, invoke, write_photo
 from PIL import Image, ImageDraw
 
@@ -84,6 +86,37 @@ def test_the_command_serves_over_stdin_and_stdout(folder: Path) -> None:
     check_whole_way(StdioServerParameters(command=sys.executable, args=command, env=environment), folder)
 
 
+_CLIENT = """
+import asyncio, sys
+from mcp import Client
+from mcp.client.stdio import StdioServerParameters
+
+async def run():
+    command = StdioServerParameters(command=sys.executable, args=["-m", "warpvec", "mcp", sys.argv[1]])
+    async with Client(command) as client:
+        print("ready", flush=True)
+        await client.call_tool("vectorize", {"image": "photo.png", "out": "a.svg", "settings": SETTINGS})
+
+asyncio.run(run())
+""".replace("SETTINGS", str({"mode": "photo", "iterations": 1_000_000, "time_budget": 600.0}))
+
+
+@pytest.mark.slow
+@pytest.mark.longest_wait(90)
+def test_the_server_ends_in_a_fit_whose_client_was_killed(folder: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(Path(warpvec.__file__).parents[1])}
+    client = start([sys.executable, "-c", _CLIENT, folder], stdout=subprocess.PIPE, env=environment)
+    assert client.stdout is not None and client.stdout.readline() == b"ready\n"
+    (server,) = Path(f"/proc/{client.pid}/task/{client.pid}/children").read_text().split()
+    used = Path(f"/proc/{server}/stat")
+    before = int(used.read_text().split()[13])
+    wait_for(lambda: int(used.read_text().split()[13]) > before + 200)  # it works
+    client.kill()
+    client.wait()
+    wait_for(lambda: not runs(int(server)))
+    assert {path.name for path in folder.iterdir()} == {"flag.png", "photo.png", "link.png"}
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -110,6 +143,8 @@ def test_a_path_outside_of_the_folders_is_refused(folder: Path, arguments: dict[
         ({"out": "a.svg", "settings": {"on_progress": 3}}, "on_progress is not a setting"),
         ({"out": "a.svg", "settings": {"mode": "drawing"}}, "mode must be one of auto, photo, flat, mono, lines"),
         ({"out": "a.svg", "image": "no.png"}, "image must be an image file"),
+        ({"out": "a" * 5000 + ".svg"}, "out must be a valid file name"),
+        ({"out": "a.svg", "image": "a" * 5000}, "image must be a valid file name"),
     ],
 )
 def test_wrong_input_is_answered_with_what_is_allowed(folder: Path, arguments: dict[str, Any], words: str) -> None:

@@ -12,11 +12,12 @@ from typing import Any
 
 import pytest
 from click.testing import Result
-from commands import invoke, write_photo
+from commands import assert_refused, invoke, write_photo
 from runs import drawn
 from torture_disks import FILES, is_whole, small_disk
 
 from warpvec import files
+from warpvec.batch.engines.local import LocalEngine
 from warpvec.config.fit_config import FitConfig
 from warpvec.image.read import read_image
 from warpvec.modes import photo as photo_mode
@@ -37,6 +38,17 @@ def disk(tmp_path: Path) -> Iterator[Path]:
             yield folder
     except OSError as error:
         pytest.skip(f"needs a disk of its own, which only root can mount: {error}")
+
+
+def test_a_batch_to_a_full_disk_draws_nothing(
+    photo: Path, disk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "in").mkdir()
+    shutil.copy(photo, tmp_path / "in")
+    monkeypatch.setattr(LocalEngine, "run", lambda *_: pytest.fail("it drew"))
+    refused = invoke("batch", tmp_path / "in", disk)
+    assert_refused(refused, "OUT_DIR must have room for drawings", "No space left on device")
+    assert not any(disk.iterdir())
 
 
 def _run(photo: Path, places: dict[str, Path]) -> Result:

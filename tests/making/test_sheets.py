@@ -17,6 +17,8 @@ pytest.importorskip("ezdxf")
 import shapely
 from PIL import Image, ImageDraw
 
+from warpvec.cli.cutting import CUT_OPTIONS, check_cutting
+from warpvec.errors import InputError
 from warpvec.making.checks import cut_warnings
 from warpvec.making.parts import Circle, Sheet, read_parts
 from warpvec.making.regions import region_of
@@ -178,3 +180,12 @@ def test_options_of_sheets_are_checked_before_the_work(
     monkeypatch.chdir(flag.parent)
     assert_refused(invoke("run", flag, "out.svg", *options), words)
     assert [path.name for path in flag.parent.iterdir()] == ["flag.png"]
+
+
+def test_sheets_go_to_a_new_folder_and_to_one_that_is_there(flag: Path, tmp_path: Path) -> None:
+    for name in ("new", "."):
+        check_cutting({**dict.fromkeys(CUT_OPTIONS), "sheets": str(tmp_path / name)})
+    with pytest.raises(InputError, match="--sheets must be a folder"):
+        check_cutting({**dict.fromkeys(CUT_OPTIONS), "sheets": str(flag)})
+    with pytest.raises(InputError, match="--sheets must be a valid file name"):
+        check_cutting({**dict.fromkeys(CUT_OPTIONS), "sheets": "a" * 5000})

@@ -132,3 +132,23 @@ def test_the_headers_that_warp_compiles_are_gone_when_a_signal_has_ended_the_pro
 def begin_compilation(cache: Path, temporary: Path) -> subprocess.Popen[bytes]:
     environment = {**os.environ, "WARP_CACHE_PATH": str(cache), "TMPDIR": str(temporary)}
     return children.start([sys.executable, "-m", "warpvec", "info", "--compile"], env=environment)
+
+
+@pytest.mark.parametrize("given", ["", "relative"])
+def test_a_cache_that_is_no_absolute_path_leaves_nothing_in_the_current_folder(given: str, tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    (tmp_path / "current").mkdir()
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "XDG_CACHE_HOME": given, "HOME": str(home)}
+    environment.pop("WARP_CACHE_PATH", None)
+    code = "import os, warp; from warpvec.rendering.kernel_cache import init_warp; init_warp(); print(os.environ)"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path / "current",
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert not any((tmp_path / "current").iterdir()) and (home / ".cache" / "warp").is_dir()
+    assert f"'XDG_CACHE_HOME': '{given}'" in done.stdout

@@ -10,7 +10,9 @@ import pytest
 import torch
 from svg_files import make_scene, refusal, square_file
 
+from warpvec.image.metrics import psnr
 from warpvec.svg import read
+from warpvec.svg.measure import draw
 from warpvec.svg.quantize import quantize
 from warpvec.svg.read import read_svg
 from warpvec.svg.write import write_svg
@@ -114,3 +116,12 @@ def test_coordinates_that_are_not_ours_go_to_the_parser_of_others():
         drawing = read_svg(text)
         assert drawing.precision is None
         assert np.isfinite(drawing.scene.segments.numpy()).all()
+
+
+@pytest.mark.parametrize("attributes", ['height="50"', 'height="50" preserveAspectRatio="xMidYMid slice"'])
+def test_a_file_of_ours_in_another_shape_is_placed_as_programs_do(attributes):
+    box = '<rect width="100" height="100" fill="#eef"/><circle cx="50" cy="50" r="20" fill="#d44"/>'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100" width="100" {attributes}>{box}</svg>'
+    drawing = read_svg(text)
+    assert (drawing.width, drawing.height) == (100, 50)
+    assert psnr(draw(write_svg(drawing.scene, 100, 50, precision=4)), draw(text)) > 40

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from io import StringIO
 from itertools import pairwise
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 from inkscape_runs import opened_dxf, why_no_scripts
 from logo import logo
 from numpy.typing import NDArray
@@ -95,7 +97,7 @@ def farthest(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
 @pytest.mark.parametrize("splines", [False, True])
 def test_a_dxf_file_is_the_svg_within_a_fiftieth_of_a_millimetre(splines: bool, tmp_path: Path) -> None:
     text = svg(PAGE + FORMS + PATHS)
-    document = read(encode(text, "a.dxf", Target(splines=splines)), tmp_path)
+    document = read(encode(text, "a.dxf", Target(splines=splines, center_lines=True)), tmp_path)
     assert document.units == ezdxf.units.MM
     # Programs place a drawing by its extents, such as Inkscape.
     assert [tuple(document.header[name])[:2] for name in ("$EXTMIN", "$EXTMAX")] == [(0, 0), (300, 200)]
@@ -103,7 +105,8 @@ def test_a_dxf_file_is_the_svg_within_a_fiftieth_of_a_millimetre(splines: bool, 
 
 
 def test_circles_and_arcs_are_true_ones(tmp_path: Path) -> None:
-    space = read(encode(svg(PAGE + FORMS + PATHS), "a.dxf"), tmp_path).modelspace()
+    data = encode(svg(PAGE + FORMS + PATHS), "a.dxf", Target(center_lines=True))
+    space = read(data, tmp_path).modelspace()
     kinds = [each.dxftype() for each in space]
     assert kinds == [
         *("CIRCLE", "LWPOLYLINE", "LWPOLYLINE", "LWPOLYLINE"),
@@ -141,11 +144,69 @@ def test_a_layer_holds_a_colour_and_the_page_is_not_a_part(tmp_path: Path) -> No
 )
 def test_a_stroke_of_one_piece_is_a_single_entity(data: str, kind: str, tmp_path: Path) -> None:
     text = svg(f'<path fill="none" stroke="#000" stroke-width="2" stroke-linecap="round" d="{data}"/>')
-    document = read(encode(text, "a.dxf"), tmp_path)
+    document = read(encode(text, "a.dxf", Target(center_lines=True)), tmp_path)
     (entity,) = document.modelspace()
     assert entity.dxftype() == kind
     if kind != "POINT":
         assert farthest(points_of_dxf(document), points_of_svg(text)) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("element", "style"),
+    [
+        ('<circle cx="120" cy="80" r="50"', {}),
+        ('<path stroke-linecap="round" stroke-linejoin="round" d="M20.02 20h60a30 30 0 0 1 30 30v30"', {}),
+        ('<path stroke-linecap="square" d="M20.02 20h60v70"', {"cap_style": "square", "join_style": "mitre"}),
+        ('<path stroke-linejoin="bevel" d="M20.02 20h60l-50 30z"', {"join_style": "bevel"}),
+        ('<path stroke-linejoin="round" d="M20.02 100c30-60 50 30 90 10"', {"cap_style": "flat"}),
+    ],
+)
+def test_a_stroke_has_both_its_edges(element: str, style: dict[str, Any], tmp_path: Path) -> None:
+    text = svg(f'{element} fill="none" stroke="#000" stroke-width="6"/>')
+    document = read(encode(text, "a.dxf"), tmp_path)
+    points = points_of_svg(text)[::4]
+    is_ring = "z" in element or "circle" in element
+    line = shapely.LinearRing(points) if is_ring else shapely.LineString(points)
+    expected = line.buffer(3.75, quad_segs=100, **style).segmentize(0.02).boundary
+    assert farthest(points_of_dxf(document), shapely.get_coordinates(expected)) < 0.05  # buffers are 0.04 mm off
+
+
+def test_the_edges_of_a_ring_are_true_circles_and_a_cap_is_an_arc(tmp_path: Path) -> None:
+    ring = '<circle cx="120" cy="80" r="60" fill="none" stroke="#000" stroke-width="10"/>'
+    looks = 'fill="none" stroke="#000" stroke-width="6" stroke-linecap="round"'
+    text = svg(f'{ring}<path {looks} d="M20.02 20h60a30 30 0 0 1 30 30"/>')
+    outer, inner, edge = read(encode(text, "a.dxf"), tmp_path).modelspace()
+    assert [outer.dxf.radius, inner.dxf.radius] == pytest.approx([81.25, 68.75])
+    bulges = sorted(abs(bulge) for *_, bulge in edge.get_points("xyb"))
+    assert bulges == pytest.approx([0, 0, math.tan(math.pi / 8), math.tan(math.pi / 8), 1, 1], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "has_edges"),
+    [
+        ({"mode": "lines"}, False),
+        ({"mode": "lines", "dxf_strokes": "edges"}, True),
+        ({"mode": "flat"}, True),
+        ({"mode": "flat", "purpose": "pen"}, False),
+    ],
+)
+def test_pens_get_the_lines_and_cutters_both_edges(options: dict[str, Any], has_edges: bool, tmp_path: Path) -> None:
+    pixels = np.full((48, 64, 3), 255, np.uint8)
+    pixels[20:24, 8:56] = 0
+    result = warpvec.vectorize(pixels, **options, threads=1, iterations=4)
+    assert result.scene.strokes is not None
+    (entity,) = read(result.encoded("a.dxf"), tmp_path).modelspace()
+    assert (entity.dxftype() == "LWPOLYLINE") == has_edges
+    if "dxf_strokes" not in options and "purpose" not in options:  # the page has the text alone
+        assert encode(result.svg(), "a.dxf") == result.encoded("a.dxf")
+
+
+def test_a_curve_is_arcs_and_few(tmp_path: Path) -> None:
+    text = svg('<path fill="#128" d="M120.02 20c40-30 90 20 60 60c-30 30-70 10-70-20z"/>')
+    document = read(encode(text, "a.dxf"), tmp_path)
+    (outline,) = document.modelspace()
+    assert len(outline) < 40 and sum(bulge != 0 for *_, bulge in outline.get_points("xyb")) > len(outline) / 2
+    assert farthest(points_of_dxf(document), points_of_svg(text)) < 0.02
 
 
 def test_a_saved_drawing_has_true_circles_and_the_same_bytes_each_time(tmp_path: Path) -> None:
@@ -177,7 +238,7 @@ def test_ellipses_are_true_ones_on_request(tmp_path: Path) -> None:
 def test_inkscape_opens_the_file_as_the_svg(shapes: str, splines: bool, tmp_path: Path) -> None:
     text = svg(shapes)
     path = tmp_path / "drawing.dxf"
-    path.write_bytes(encode(text, path, Target(splines=splines)))
+    path.write_bytes(encode(text, path, Target(splines=splines, center_lines=True)))
     opened = opened_dxf(path, tmp_path / "opened.svg")
     # Its page is an upright A4 sheet in pixels. The drawing, 200 mm high, is in the lower left corner.
     points = points_of_svg(opened) * 25.4 / 96 - (0, 297 - 200)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 import sys
 import zlib
 from io import BytesIO
@@ -17,6 +19,7 @@ from svg_files import skip_without_cairo
 
 import warpvec
 from warpvec.errors import InputError
+from warpvec.image.metrics import psnr
 from warpvec.sandbox import run
 from warpvec.svg.measure import draw
 from warpvec.svg.read import read_svg
@@ -138,3 +141,24 @@ def test_drawings_that_cairo_cannot_write_in_time_are_refused(
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="9" height="9">'
     with pytest.raises(InputError, match=f"must be one that CairoSVG can write as .pdf.*({words})"):
         encode(f"{head}{content}</svg>", "out.pdf")
+
+
+PLACED = 'gradientUnits="userSpaceOnUse"'
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdftocairo") is None, reason="poppler-utils is not installed")
+def test_poppler_makes_an_svg_of_translucent_gradients(tmp_path: Path) -> None:
+    skip_without_cairo()
+    stops = '<stop offset="0" stop-color="#d44"/><stop offset="1" stop-color="#26c" stop-opacity=".1"/>'
+    text = (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="160" height="80" viewBox="0 0 160 80"><defs>'
+        f'<linearGradient id="g1" {PLACED} x1="20" y1="10" x2="75.5" y2="60">{stops}</linearGradient>'
+        f'<radialGradient id="g2" {PLACED} cx="120" cy="40" r="30">{stops}</radialGradient></defs>'
+        '<rect width="160" height="80" fill="#eed"/><rect fill="url(#g1)" x="10" y="10" width="60" height="60"/>'
+        '<circle fill="url(#g2)" cx="120" cy="40" r="30"/></svg>'
+    )
+    (tmp_path / "a.pdf").write_bytes(encode(text, "a.pdf"))
+    subprocess.run(["pdftocairo", "-svg", tmp_path / "a.pdf", tmp_path / "a.svg"], check=True)
+    again = (tmp_path / "a.svg").read_text().replace('width="120pt" height="60pt"', 'width="160" height="80"')
+    assert psnr(draw(again), draw(text)) > 35  # 15 where its units are not points

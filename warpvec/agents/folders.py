@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,7 +19,7 @@ class Folders:
 
     def __init__(self, folders: Sequence[str]) -> None:
         for folder in folders:
-            if not (folder and Path(folder).is_dir()):
+            if not (folder and os.path.isdir(folder)):
                 raise InputError("FOLDER", "must be an existing folder", repr(folder), "create it first")
         self.roots = tuple(Path(folder).resolve() for folder in folders)
 
@@ -29,8 +31,11 @@ class Folders:
         """
         try:
             found = (self.roots[0] / path).resolve()
-        except (OSError, RuntimeError, ValueError):  # a loop of links, or a zero byte
+            found.exists()
+        except (OSError, RuntimeError, ValueError) as error:  # too long, a loop of links, or a zero byte
             found = None
+            if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+                raise InputError(name, "must be a valid file name", repr(path), "choose a shorter one") from None
         if found is None or not any(found.is_relative_to(root) for root in self.roots) or found in self.roots:
             listed = ", ".join(map(str, self.roots))
             raise InputError(name, f"must be a file in {listed}", repr(path), "choose a path in there")

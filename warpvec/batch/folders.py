@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property
@@ -22,6 +23,9 @@ from warpvec.temporary_files import lock_file, remove_stale_files
 
 MAX_FILE_BYTES = 2**31
 """Largest file that is read unless another limit is given, above the records of a million photos."""
+
+_ROOM_BYTES = 2**16
+"""What a disk must have room for before photos are drawn: a drawing of a photo takes about so much."""
 
 _LASTING_ERRORS = (FileNotFoundError, PermissionError, IsADirectoryError, NotADirectoryError)
 _LASTING_NUMBERS = (errno.ELOOP, errno.ENAMETOOLONG)
@@ -46,7 +50,7 @@ class LocalFolder:
         Raises:
             InputError: there is no such folder.
         """
-        if not self._path.is_dir():
+        if not os.path.isdir(self._path):  # unlike pathlib, it takes a name that is too long
             raise InputError(self._name, "must be a folder", repr(self._given), "check the path")
         found = []
         for folder, folders, files in os.walk(self._path):
@@ -116,6 +120,17 @@ class LocalFolder:
             os.close(handle)
             remove_stale_files(self._path)  # of workers that were killed while they wrote
 
+    def check_room(self) -> None:
+        """Raise an `InputError` if the disk is full, before anything is drawn."""
+        try:
+            with tempfile.TemporaryFile(dir=self._path) as file:
+                file.write(bytes(_ROOM_BYTES))
+        except OSError as error:
+            value = f"{self._given!r} ({error.strerror})"
+            raise InputError(
+                self._name, "must have room for drawings", value, "choose another, or free space"
+            ) from None
+
 
 class RemoteFolder:
     """A folder at an address with "://", on a file system that fsspec can open; its methods are as in `LocalFolder`."""
@@ -144,6 +159,9 @@ class RemoteFolder:
             rule = "must be an address that fsspec can open"
             raise InputError(self._name, rule, f"{self._address!r} ({error})", "check the address") from error
         return system, path.rstrip("/")
+
+    def check_room(self) -> None:
+        """Do nothing: such systems do not tell."""
 
     def _path(self, name: str) -> str:
         return f"{self._root[1]}/{name}"

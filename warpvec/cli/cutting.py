@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,10 +78,10 @@ def check_cutting(options: Mapping[str, Any]) -> None:
         if options["min_width"] and not options["check_cut"]:
             raise InputError("--min-width", "must come with --sheets or --check-cut", remedy="add one of them")
     else:
-        folder = Path(options["sheets"])
-        if folder.exists() and not folder.is_dir():
-            raise InputError("--sheets", "must be a folder", repr(options["sheets"]), "choose another name")
-        check_writable(folder if folder.exists() else folder.parent / "sheet.svg", "--sheets")
+        folder = options["sheets"]
+        if os.path.exists(folder) and not os.path.isdir(folder):
+            raise InputError("--sheets", "must be a folder", repr(folder), "choose another name")
+        check_writable(os.path.join(folder, "sheet.svg") if os.path.isdir(folder) else Path(folder), "--sheets")
     _check_cut_once(options["cut_once"])
     if options["sheets"] is not None or options["check_cut"]:
         check_packages("--sheets and --check-cut")
@@ -92,13 +93,8 @@ def _check_cut_once(path: str | None) -> None:
     if Path(path).suffix.lower() not in _ONCE_SUFFIXES:
         rule = f"must end in {' or '.join(_ONCE_SUFFIXES)}"
         raise InputError("--cut-once", rule, repr(path), "rename it")
-    from warpvec.svg.foreign.skia import load_skia  # not above: help does without it
-
     check_writable(path, "--cut-once")
     check_packages("--cut-once")
-    if load_skia() is None:  # the drawing may have strokes, whose outlines are edges
-        rule, found = "needs the packages of the extra refine", "skia-pathops is missing"
-        raise InputError("--cut-once", rule, found, "pip install 'warpvec[refine]'")
 
 
 def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -134,7 +130,7 @@ def _write_once(result: Result, options: Mapping[str, Any]) -> int:
     from warpvec.making.sheets import outline_count
 
     path = options["cut_once"]
-    sheet = edges_once(result.drawing.text, result.target.per_inch, keeps_lines=result.config.mode == "lines")
+    sheet = edges_once(result.drawing.text, result.target.per_inch, keeps_lines=result.has_center_lines)
     count = outline_count(sheet)
     write_atomic(path, _encoded(sheet, path, result))
     if not options["quiet"]:
@@ -161,7 +157,7 @@ def _sheet_options(result: Result, options: Mapping[str, Any]) -> SheetOptions:
         lengths["min_width"] = 0.0
     return SheetOptions(
         **lengths, mirror=options["mirror"], registration=options["marks"], weeding=options["weeding"],
-        size_check=options["size_check"], keeps_lines=result.config.mode == "lines",
+        size_check=options["size_check"], keeps_lines=result.has_center_lines,
     )  # fmt: skip
 
 

@@ -57,6 +57,8 @@ def end_fit(
         elif reason is not None:
             metrics["device"] += f" ({reason})"
         metrics |= {"soft_reason": why} if (why := _why_none_is_soft(result)) else {}
+        if metrics["strokes"] and writer_of(out).suffix == ".dxf":
+            metrics["dxf_strokes"] = "center" if result.has_center_lines else "edges"
         metrics |= {"unused_preset": name} if (name := _unused_preset(options, metrics["mode"])) else {}
         print_summary(metrics, out, options["as_json"], verbose=options["verbose"])
     if result.interrupted:
@@ -107,6 +109,13 @@ are the insides of filled shapes."""
 
 _REMOVED = {"node": "needless node", "path": "needless path", "loop": "needless loop", "speck": "speck"}
 """Name of what a drawing leaves out -> the same in the summary."""
+
+
+_STROKES = {
+    "edges": "both edges, for cutters; --dxf-strokes center gives the lines that pens follow",
+    "center": "the lines that pens follow; --dxf-strokes edges gives both edges, for cutters",
+}
+"""What strokes are in a DXF file -> the same in the summary."""
 
 
 def finite(value: object) -> Any:
@@ -170,6 +179,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append(f"for {metrics['purpose']}: {'; '.join(metrics['replaced'])}")
     if metrics.get("soft") and not writer_of(out).draws_blur:
         lines.append(f"not kept in {writer_of(out).suffix}: the blur of {counted(metrics['soft'], 'soft path')}")
+    if "dxf_strokes" in metrics:
+        lines.append(f"{counted(metrics['strokes'], 'stroke')} as {_STROKES[metrics['dxf_strokes']]}")
     if metrics.get("soft_reason"):
         lines.append("no path is soft: {soft_reason}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]

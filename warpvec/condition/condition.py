@@ -91,17 +91,20 @@ class Condition:
         return "; ".join(parts) or None
 
 
+_ROWS = 256
+"""Rows of a picture that are looked at over white at a time."""
+
+
 def measure_condition(pixels: Floats32) -> Condition:
     """Measure what has happened to ``pixels`` [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha if four.
 
     Very large pictures are measured in a window in their middle, apart from their enlargement.
     """
-    seen = over(pixels, 1.0) if is_transparent(pixels) else pixels
-    enlargement = find_enlargement(_gray(pixels, seen))
-    part = _window(seen)
+    enlargement = find_enlargement(_gray(pixels))
+    part = _seen(_window(pixels))
     levels = 255.0 * part.astype(np.float64)
     restored = pixels if enlargement is None else before_enlargement(pixels, enlargement)
-    small = 255.0 * _window(over(restored, 1.0) if is_transparent(pixels) else restored).astype(np.float64)
+    small = 255.0 * _seen(_window(restored)).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
     palette = find_palette(np.rint(small))
     # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; few colours have none.
@@ -113,7 +116,7 @@ def measure_condition(pixels: Floats32) -> Condition:
         noise,
         jpeg,
         palette,
-        find_uneven_light(levels) if part.size == seen.size else None,
+        find_uneven_light(levels) if part.shape[:2] == pixels.shape[:2] else None,
         _undone_reduction(_window(restored), enlargement is not None) if may_be_rimmed else None,
     )
 
@@ -132,9 +135,16 @@ def _undone_reduction(pixels: Floats32, is_enlarged: bool) -> str | None:
     return find_reduction(255.0 * seen.astype(np.float64))
 
 
-def _gray(pixels: Floats32, seen: Floats32) -> NDArray[np.floating[Any]]:
-    """Return the levels [h, w] in [0, 255] of ``pixels``, ``seen`` over white, or those of alpha if these are even."""
-    gray = seen @ (255.0 * np.array(LUMA, np.float32))
+def _seen(pixels: Floats32) -> Floats32:
+    """Return ``pixels`` [h, w, 3 or 4] over white."""
+    return over(pixels, 1.0) if is_transparent(pixels) else pixels
+
+
+def _gray(pixels: Floats32) -> NDArray[np.floating[Any]]:
+    """Return the levels [h, w] in [0, 255] of ``pixels`` over white, or those of alpha if these are even."""
+    weights, gray = 255.0 * np.array(LUMA, np.float32), np.empty(pixels.shape[:2], np.float32)
+    for row in range(0, len(pixels), _ROWS):  # a copy of a whole picture takes 450 MB
+        gray[row : row + _ROWS] = _seen(pixels[row : row + _ROWS]) @ weights
     return 255.0 * pixels[..., 3] if is_transparent(pixels) and np.ptp(gray) < 1.0 else gray
 
 

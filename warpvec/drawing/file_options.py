@@ -42,7 +42,7 @@ class FileOptions:
 
     size: str | None = setting(
         None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%", "str"),
-        "Width, such as 90mm; also in, cm, pt, px or %.", RESULT, is_daily=True,
+        "Width: 90mm, also in, cm, pt, px or %; see --ppi.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(
@@ -57,13 +57,25 @@ class FileOptions:
     no_metadata: bool = setting(False, Flag(), "Leave the settings (1 KB) out of the file.", RESULT)
     """Leave the settings of the fit, about 1 KB, out of the file."""
 
-    dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as short lines.", RESULT)
-    """Write outlines with curves as splines in DXF files, in place of chords within 0.01 mm."""
+    dxf_splines: bool = setting(False, Flag(), "DXF: write curves as splines, not as arcs.", RESULT)
+    """Write outlines with curves as splines in DXF files, in place of lines and arcs within 0.01 mm."""
+
+    dxf_strokes: str = setting(
+        "auto", Choice(("auto", "edges", "center")), "DXF: strokes as both edges, or for pens as the center lines.",
+        RESULT,
+    )  # fmt: skip
+    """What a stroke is in files for cutters: both its edges, or its centre line. "auto" takes the centre line for pens:
+    in the mode lines, and for the purpose "pen"."""
 
     ppi: str = setting(
-        "mm", Choice(("mm", "96", "72")), "State --size as is (mm), or in pixels of 1/96 or 1/72 inch.", RESULT
-    )
-    """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units."""
+        "mm", Choice(("mm", "96", "72")),
+        "State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt takes mm at 90 dpi, sharp at 72.",
+        RESULT,
+    )  # fmt: skip
+    """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units.
+
+    Of a size in mm, Qt and Skia make pixels of 1/90 inch, sharp of 1/72; Android and paper.js drop the unit; browsers,
+    Inkscape, resvg and cutters' programs read it. LibreOffice opens every DXF 10 cm long: scale it there."""
     current_color: str | None = setting(
         None, Custom(_check_color, parse_text, "COLOR", "a colour, or darkest", "str"),
         "Give this colour (or the darkest) the page's text colour.", RESULT, bare=DARKEST,

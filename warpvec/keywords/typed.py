@@ -153,7 +153,7 @@ class Keywords(TypedDict, total=False):
     replace_gap: int
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None
-    """Width, such as 90mm; also in, cm, pt, px or %."""
+    """Width: 90mm, also in, cm, pt, px or %; see --ppi."""
     purpose: Literal["web", "plain", "print", "android", "font", "tiny", "pen", "cricut"]
     """What it is for, such as plain, android or pen."""
     trim: bool
@@ -161,9 +161,11 @@ class Keywords(TypedDict, total=False):
     plain_paths: bool
     """Write paths only, no circles, ellipses or rectangles."""
     dxf_splines: bool
-    """DXF: write curves as splines, not as short lines."""
+    """DXF: write curves as splines, not as arcs."""
+    dxf_strokes: Literal["auto", "edges", "center"]
+    """DXF: strokes as both edges, or for pens as the center lines."""
     ppi: Literal["mm", "96", "72"]
-    """State --size as is (mm), or in pixels of 1/96 or 1/72 inch."""
+    """State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt takes mm at 90 dpi, sharp at 72."""
     current_color: str | None
     """Give this colour (or the darkest) the page's text colour."""
     symbol: str | None

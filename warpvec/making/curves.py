@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ ARC_ERROR = 0.003
 
 _TURN_MIN = 0.02
 """Turn in radians below which a curve counts as a line or a cubic, not as an arc: its radius would be a guess."""
+
+_EIGHTH = math.pi / 4.0
+"""Most radians that a cubic turns for an arc; it is then within 5e-6 of the radius."""
 
 
 class Piece(NamedTuple):
@@ -58,6 +62,23 @@ class Piece(NamedTuple):
             return _cubic_points(self.points, error)
         return self._arc_points(error) if self.bulge else self.points[:1]
 
+    def cubics(self) -> list[Floats]:
+        """Return cubics [4, 2] along it."""
+        if self.is_cubic:
+            return [self.points]
+        if not self.bulge:
+            return [line_cubic(self.points[0], self.points[1])]
+        x, y, radius = self.circle
+        turn = 4.0 * math.atan(self.bulge)
+        count = math.ceil(abs(turn) / _EIGHTH)
+        start = math.atan2(self.points[0, 1] - y, self.points[0, 0] - x)
+        angle = start + turn * np.arange(count + 1) / count
+        places = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
+        places[0], places[-1] = self.points
+        handle = 4.0 / 3.0 * math.tan(turn / count / 4.0) * radius * np.stack([-np.sin(angle), np.cos(angle)], 1)
+        rows = zip(pairwise(places), pairwise(handle), strict=True)
+        return [np.stack([a, a + leaving, b - arriving, b]) for (a, b), (leaving, arriving) in rows]
+
     def _arc_points(self, error: float) -> Floats:
         x, y, radius = self.circle
         turn = 4.0 * math.atan(self.bulge)
@@ -68,6 +89,11 @@ class Piece(NamedTuple):
         points = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
         points[0] = self.points[0]
         return points
+
+
+def line_cubic(start: Floats, end: Floats) -> Floats:
+    """Return the cubic [4, 2] of a line."""
+    return start + np.linspace(0.0, 1.0, 4)[:, None] * (end - start)
 
 
 def straight(cubic: Floats) -> bool:
@@ -81,7 +107,7 @@ def straight(cubic: Floats) -> bool:
 
 
 def arc_through(cubic: Floats) -> Piece | None:
-    """Return the arc within ``ARC_ERROR`` of a cubic [4, 2]; None if there is none."""
+    """Return the arc within ``ARC_ERROR`` of a cubic [4, 2], or the arc that it stands for; None without one."""
     chord = cubic[3] - cubic[0]
     length = float(np.hypot(*chord))
     if length <= ARC_ERROR:
@@ -92,8 +118,24 @@ def arc_through(cubic: Floats) -> Piece | None:
         return None
     piece = Piece(cubic[[0, 3]], bulge)
     x, y, radius = piece.circle
-    off = np.abs(np.hypot(*(_cubic_at(cubic, np.arange(1, 16) / 16.0) - (x, y)).T) - radius)
-    return piece if float(off.max()) <= ARC_ERROR else None
+    off = np.abs(np.hypot(*(cubic_at(cubic, np.arange(1, 16) / 16.0) - (x, y)).T) - radius)
+    return piece if float(off.max()) <= ARC_ERROR or _stands_for(cubic, piece) else None
+
+
+def _stands_for(cubic: Floats, arc: Piece) -> bool:
+    """Return whether a cubic is the one that programs write for an arc of at most a quarter.
+
+    That of a quarter is up to 0.00027 radii beside the circle, which is more than ``ARC_ERROR`` of a large one.
+    """
+    turn = 4.0 * math.atan(arc.bulge)
+    if abs(turn) > 1.01 * math.pi / 2.0:
+        return False
+    center = arc.circle[:2]
+    handle = 4.0 / 3.0 * math.tan(turn / 4.0)
+    away = arc.points - center
+    left = handle * np.stack([-away[:, 1], away[:, 0]], 1) * [[1.0], [-1.0]]
+    off = np.hypot(*(cubic[1:3] - arc.points - left).T)
+    return bool(0.75 * off.max() <= ARC_ERROR)  # a point of a cubic has at most 3/4 of its handles
 
 
 def _cubic_points(cubic: Floats, error: float) -> Floats:
@@ -103,10 +145,10 @@ def _cubic_points(cubic: Floats, error: float) -> Floats:
     """
     bend = np.hypot(*(cubic[:-2] - 2.0 * cubic[1:-1] + cubic[2:]).T).max()
     count = max(1, math.ceil(math.sqrt(0.75 * float(bend) / error)))
-    return _cubic_at(cubic, np.arange(count) / count)
+    return cubic_at(cubic, np.arange(count) / count)
 
 
-def _cubic_at(cubic: Floats, t: Floats) -> Floats:
+def cubic_at(cubic: Floats, t: Floats) -> Floats:
     """Return the points [K, 2] of a cubic [4, 2] at ``t`` [K]."""
     t = t[:, None]
     points: Floats = (

@@ -1,14 +1,14 @@
 """Write parts as DXF, by ezdxf (MIT, Manfred Moitzi), the extra "cut".
 
 Lengths are in millimetres, and a layer holds the parts of one colour. Circles and arcs are true ones; ellipses
-and cubics become chords, or true ellipses and splines on request. A stroke is its centre line.
+and cubics become arcs, or true ellipses and splines on request. The stroke of a part is drawn as its centre line: see
+`warpvec.making.regions.stroke_edges` for its edges.
 """
 
 from __future__ import annotations
 
 import math
 from io import StringIO
-from itertools import pairwise
 from typing import Any
 
 import ezdxf
@@ -16,14 +16,12 @@ import numpy as np
 from ezdxf.colors import aci2rgb
 
 from warpvec.arrays import Floats
-from warpvec.making.curves import Piece
+from warpvec.making.arcs import FINE_ERROR, closed_shape, with_arcs
+from warpvec.making.curves import Piece, line_cubic
 from warpvec.making.parts import Circle, Ellipse, Outline, Part, Shape, Sheet
 
 _VERSION = "R2010"
 """Version of the format: the first that ezdxf recommends for new files, and that cutters' programs of today read."""
-
-_EIGHTH = math.pi / 4.0
-"""Most radians that a cubic of a spline turns for an arc; it is then within 5e-6 of the radius."""
 
 
 def encode_sheet(sheet: Sheet, *, splines: bool = False) -> bytes:
@@ -85,9 +83,11 @@ class _Drawer:
         elif isinstance(shape, Ellipse) and self._splines:
             self._draw_ellipse(shape, where)
         elif isinstance(shape, Ellipse):  # Inkscape 1.2 reads a turned one as its mirror image
-            self._space.add_lwpolyline(self._up(shape.chords()), format="xy", close=True, dxfattribs=where)
+            self._draw_shape(closed_shape(shape.chords(FINE_ERROR)), where)
         elif self._splines and any(piece.is_cubic for piece in shape.pieces):
             self._draw_spline(shape, where)
+        elif any(piece.is_cubic for piece in shape.pieces):
+            self._draw_shape(with_arcs(shape), where)
         else:
             self._draw_outline(shape, where)
 
@@ -100,7 +100,7 @@ class _Drawer:
         self._space.add_ellipse(center, axis, max(shorter / longer, 1e-6), dxfattribs=where)
 
     def _draw_outline(self, outline: Outline, where: dict[str, str]) -> None:
-        vertices = [(*point, bulge) for piece in outline.pieces for point, bulge in self._vertices(piece)]
+        vertices = [(*self._up(piece.points[:1])[0], -piece.bulge) for piece in outline.pieces]
         last = outline.pieces[-1]
         if not outline.is_closed and len(vertices) == 1:
             self._draw_single(last, where)
@@ -123,16 +123,10 @@ class _Drawer:
             angles = angles if piece.bulge < 0.0 else angles[::-1]  # an ARC goes counterclockwise
             self._space.add_arc((x, y), radius, *angles, dxfattribs=where)
 
-    def _vertices(self, piece: Piece) -> list[tuple[tuple[float, float], float]]:
-        """Return the places where the chords of a piece start, and their bulges."""
-        if piece.is_cubic:
-            return [(point, 0.0) for point in self._up(piece.chords())]
-        return [(point, -piece.bulge) for point in self._up(piece.points[:1])]
-
     def _draw_spline(self, outline: Outline, where: dict[str, str]) -> None:
-        cubics = [cubic for piece in outline.pieces for cubic in _cubics(piece)]
+        cubics = [cubic for piece in outline.pieces for cubic in piece.cubics()]
         if outline.is_closed and (cubics[-1][3] != cubics[0][0]).any():
-            cubics.append(_line_cubic(cubics[-1][3], cubics[0][0]))
+            cubics.append(line_cubic(cubics[-1][3], cubics[0][0]))
         points = np.concatenate([cubics[0][:1], *(cubic[1:] for cubic in cubics)])
         inner = [knot for knot in range(1, len(cubics)) for _ in range(3)]
         knots = [0.0] * 4 + [float(knot) for knot in inner] + [float(len(cubics))] * 4
@@ -142,25 +136,3 @@ class _Drawer:
 
     def _up(self, points: Floats) -> list[tuple[float, float]]:
         return [(x, self._height - y) for x, y in points.tolist()]
-
-
-def _cubics(piece: Piece) -> list[Floats]:
-    """Return the cubics [4, 2] of a piece."""
-    if piece.is_cubic:
-        return [piece.points]
-    if not piece.bulge:
-        return [_line_cubic(piece.points[0], piece.points[1])]
-    x, y, radius = piece.circle
-    turn = 4.0 * math.atan(piece.bulge)
-    count = math.ceil(abs(turn) / _EIGHTH)
-    start = math.atan2(piece.points[0, 1] - y, piece.points[0, 0] - x)
-    angle = start + turn * np.arange(count + 1) / count
-    places = np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], 1)
-    places[0], places[-1] = piece.points[0], piece.points[1]
-    handle = 4.0 / 3.0 * math.tan(turn / count / 4.0) * radius * np.stack([-np.sin(angle), np.cos(angle)], 1)
-    rows = zip(pairwise(places), pairwise(handle), strict=True)
-    return [np.stack([a, a + leaving, b - arriving, b]) for (a, b), (leaving, arriving) in rows]
-
-
-def _line_cubic(start: Floats, end: Floats) -> Floats:
-    return start + np.linspace(0.0, 1.0, 4)[:, None] * (end - start)

@@ -45,9 +45,16 @@ class Circle(NamedTuple):
     radius: float
     turn: int = 1
 
-    def chords(self) -> Floats:
-        """Return points [K, 2] along it whose chords are at most ``CHORD_ERROR`` off."""
-        return Ellipse(self.x, self.y, self.radius, self.radius, 0.0).chords()[:: self.turn]
+    @property
+    def outline(self) -> Outline:
+        """Its two halves."""
+        start, end = np.array([[self.x + self.radius, self.y], [self.x - self.radius, self.y]])
+        halves = np.stack([start, end]), np.stack([end, start])
+        return Outline(tuple(Piece(half, float(self.turn)) for half in halves), True)
+
+    def chords(self, error: float = CHORD_ERROR) -> Floats:
+        """Return points [K, 2] along it whose chords are at most ``error`` off."""
+        return Ellipse(self.x, self.y, self.radius, self.radius, 0.0).chords(error)[:: self.turn]
 
     def moved(self, x: float, y: float) -> Circle:
         """Return it moved."""
@@ -67,9 +74,9 @@ class Ellipse(NamedTuple):
     second: float
     angle: float
 
-    def chords(self) -> Floats:
-        """Return points [K, 2] along it whose chords are at most ``CHORD_ERROR`` off."""
-        step = 2.0 * math.acos(max(1.0 - CHORD_ERROR / max(self.first, self.second), 0.5))
+    def chords(self, error: float = CHORD_ERROR) -> Floats:
+        """Return points [K, 2] along it whose chords are at most ``error`` off."""
+        step = 2.0 * math.acos(max(1.0 - error / max(self.first, self.second), 0.5))
         place = np.linspace(0.0, 2.0 * math.pi, max(8, math.ceil(2.0 * math.pi / step)), endpoint=False)
         u, v = self.first * np.cos(place), self.second * np.sin(place)
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
@@ -170,8 +177,13 @@ def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
     loaded = read_svg(svg)
     scale = millimeters_of_a_unit(svg, loaded.width, per_inch)
     width, height = loaded.width * scale, loaded.height * scale
-    scene = loaded.scene.cpu()
-    shapes = list(_shapes(scene, loaded.precision, scale))
+    parts = parts_of(loaded.scene.cpu(), loaded.precision, scale)
+    return Sheet(tuple(part for part in parts if part.shapes and not _is_page(part, width, height)), width, height)
+
+
+def parts_of(scene: Scene, precision: int | None, scale: float) -> list[Part]:
+    """Return the paths of a scene, whose file has so many decimals, as parts; a unit is ``scale`` millimetres."""
+    shapes = list(_shapes(scene, precision, scale))
     has_gradient = torch.zeros(len(scene), dtype=torch.bool)
     opacity = scene.opacity
     if scene.gradients is not None:
@@ -179,8 +191,7 @@ def read_parts(svg: str, per_inch: float = 96.0) -> Sheet:
     looks = (has_gradient.tolist(), (opacity >= 1.0).tolist())
     is_soft = [False] * len(scene) if scene.softness is None else scene.softness.is_soft.tolist()
     rows = (_colors(scene), shapes, _strokes(scene, scale), *looks, [None] * len(scene), is_soft)
-    parts = [Part(*each) for each in zip(*rows, strict=True)]
-    return Sheet(tuple(part for part in parts if part.shapes and not _is_page(part, width, height)), width, height)
+    return [Part(*each) for each in zip(*rows, strict=True)]
 
 
 def millimeters_of_a_unit(svg: str, width: float, per_inch: float) -> float:

@@ -8,6 +8,7 @@ import shapely
 from shapely.geometry import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
+from warpvec.making.curves import CHORD_ERROR
 from warpvec.making.parts import Sheet
 from warpvec.making.regions import EMPTY, areas_of
 from warpvec.making.sheets import visible_parts
@@ -16,7 +17,7 @@ from warpvec.making.sheets import visible_parts
 def regions_by_color(sheet: Sheet, step: float) -> dict[str, BaseGeometry]:
     """Return what shows of each colour of ``sheet``, without overlaps, at multiples of ``step`` millimetres."""
     found: dict[str, list[BaseGeometry]] = {}
-    for part, region in visible_parts(sheet.parts, keeps_lines=False):
+    for part, region in visible_parts(sheet.parts, keeps_lines=False, error=CHORD_ERROR):
         found.setdefault(part.color, []).append(region)
     rounded = ((color, areas_of(shapely.set_precision(shapely.union_all(own), step))) for color, own in found.items())
     return {color: region for color, region in rounded if region != EMPTY}

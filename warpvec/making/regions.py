@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 import shapely
-from shapely.geometry import LineString, Polygon
+from shapely.geometry import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from warpvec.arrays import Floats
-from warpvec.making.curves import CHORD_ERROR, Piece
+from warpvec.making.arcs import FINE_ERROR, closed_shape
 from warpvec.making.parts import Circle, Outline, Part, Shape
+from warpvec.making.strokes import stroke_region
 
 EMPTY: BaseGeometry = Polygon()
 
-_CAPS: dict[str, Literal["round", "square", "flat"]] = {"round": "round", "square": "square", "butt": "flat"}
-"""Cap in SVG -> its name in shapely."""
-
-_JOINS: dict[str, Literal["round", "mitre", "bevel"]] = {"round": "round", "miter": "mitre", "bevel": "bevel"}
-
 _ROUND_STEPS = 32
-"""Chords of a quarter of a circle in round caps, joins and offsets: 0.003 mm off at a radius of 10 mm."""
-
-_CIRCLE_POINTS = 12
-"""Fewest points of an outline that may be a circle: a square's lie on one too."""
-
-_STRAIGHT = 0.002
-"""Distance in millimetres within which points of an outline are left out: offsets make many."""
+"""Chords of a quarter of a circle in offsets: 0.003 mm off at a radius of 10 mm."""
 
 _NARROW_LENGTH = 2.0
 """Length in widths from which a narrow place counts. The tips of all corners are narrow, but shorter."""
@@ -37,11 +28,15 @@ _SPECK = 1e-4
 """Area in square millimetres below which a region is rounding error."""
 
 
-def region_of(part: Part) -> BaseGeometry:
-    """Return the area that a part covers: the inside of its outlines by the non-zero rule, or its stroke."""
+def region_of(part: Part, error: float = FINE_ERROR) -> BaseGeometry:
+    """Return the area that a part covers: the inside of its outlines by the non-zero rule, or its stroke.
+
+    Its chords are at most ``error`` off.
+    """
     if part.stroke is not None:
-        return _stroke_region(part)
-    rings = [Polygon(line) for line in map(line_of, part.shapes) if len(line) > 2]
+        return areas_of(shapely.union_all([stroke_region(shape, part.stroke, error) for shape in part.shapes]))
+    lines = [line_of(shape, error) for shape in part.shapes]
+    rings = [Polygon(line) for line in lines if len(line) > 2]
     area, first = EMPTY, None
     # A smaller outline lies in larger ones or beside them: it is a hole if it runs the other way.
     for ring in sorted(rings, key=lambda each: -each.area):
@@ -52,31 +47,12 @@ def region_of(part: Part) -> BaseGeometry:
     return areas_of(area)
 
 
-def _stroke_region(part: Part) -> BaseGeometry:
-    assert part.stroke is not None
-    width, cap, join, limit = part.stroke
-    found = []
-    for shape in part.shapes:
-        line = line_of(shape)
-        is_closed = not isinstance(shape, Outline) or shape.is_closed
-        line = np.concatenate([line, line[:1]]) if is_closed else line
-        if len(line) < 2 or not np.ptp(line, axis=0).any():
-            dot = shapely.Point(line[0])
-            found.append(
-                dot.buffer(width / 2, quad_segs=_ROUND_STEPS, cap_style="square" if cap == "square" else "round")
-            )
-            continue
-        style = {"cap_style": _CAPS[cap], "join_style": _JOINS[join], "mitre_limit": limit}
-        found.append(LineString(line).buffer(width / 2, quad_segs=_ROUND_STEPS, **style))
-    return areas_of(shapely.union_all(found))
-
-
-def line_of(shape: Shape) -> Floats:
-    """Return points [K, 2] along a shape, whose chords are at most ``CHORD_ERROR`` off; an open line has its end."""
+def line_of(shape: Shape, error: float = FINE_ERROR) -> Floats:
+    """Return points [K, 2] along a shape, whose chords are at most ``error`` off; an open line has its end."""
     if isinstance(shape, Outline):
-        parts = [piece.chords() for piece in shape.pieces]
+        parts = [piece.chords(error) for piece in shape.pieces]
         return np.concatenate(parts if shape.is_closed else [*parts, shape.pieces[-1].points[-1:]])
-    return shape.chords()
+    return shape.chords(error)
 
 
 def areas_of(geometry: BaseGeometry) -> BaseGeometry:
@@ -114,16 +90,18 @@ def _length(polygon: BaseGeometry) -> float:
 
 
 def outlines_of(region: BaseGeometry) -> tuple[Shape, ...]:
-    """Return the outlines of ``region``, of lines but for circles."""
-    plain = shapely.orient_polygons(region.simplify(_STRAIGHT))
+    """Return the outlines of ``region``: circles, or lines and arcs."""
+    plain = shapely.orient_polygons(region)
     rings = [ring for each in _polygons(plain) for ring in (each.exterior, *each.interiors)]
-    return tuple(_outline(np.asarray(ring.coords)) for ring in rings)
+    return tuple(closed_shape(np.asarray(ring.coords)[:-1]) for ring in rings)
 
 
-def _outline(points: Floats) -> Shape:
-    center = (points[:-1].min(0) + points[:-1].max(0)) / 2.0
-    radii = np.hypot(*(points[:-1] - center).T)
-    if len(points) > _CIRCLE_POINTS and np.ptp(radii) <= CHORD_ERROR:
-        turn = 1 if shapely.LinearRing(points).is_ccw else -1
-        return Circle(float(center[0]), float(center[1]), float(radii.mean()), turn)
-    return Outline(tuple(Piece(points[k : k + 2]) for k in range(len(points) - 1)), True)
+def stroke_edges(part: Part) -> Part:
+    """Return ``part`` with both edges of its stroke in place of the centre line; a filled part as it is."""
+    if part.stroke is None:
+        return part
+    half, shape = part.stroke.width / 2.0, part.shapes[0]
+    if isinstance(shape, Circle) and len(part.shapes) == 1:
+        inner = (shape._replace(radius=shape.radius - half, turn=-shape.turn),) if shape.radius > half else ()
+        return replace(part, shapes=(shape._replace(radius=shape.radius + half), *inner), stroke=None)
+    return replace(part, shapes=outlines_of(region_of(part)), stroke=None)

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from warpvec.making.arcs import FINE_ERROR
 from warpvec.making.marks import MARKS, with_marks
 from warpvec.making.parts import Part, Sheet
-from warpvec.making.regions import EMPTY, areas_of, grown, narrow_places, outlines_of, region_of
+from warpvec.making.regions import EMPTY, areas_of, grown, narrow_places, outlines_of, region_of, stroke_edges
 
 _TOUCH = 1e-3
 """Area in square millimetres that two parts may share and still count as beside each other."""
@@ -46,10 +47,11 @@ def sheets_of(drawing: Sheet, options: SheetOptions) -> dict[str, Sheet]:
     """Return a sheet for each colour, from bottom to top, by "#rrggbb".
 
     Of each colour a sheet has what no other path covers. Parts that nothing changes keep their true curves, others have
-    chords.
+    lines and arcs.
     """
     found = {}
-    visible = list(visible_parts(drawing.parts, options.keeps_lines))
+    parts = drawing.parts if options.keeps_lines else tuple(map(stroke_edges, drawing.parts))
+    visible = list(visible_parts(parts, options.keeps_lines))
     shown = (part for part, region in visible if not region.is_empty or _is_line(part, options))
     colors = list(dict.fromkeys(part.color for part in shown))
     for number, color in enumerate(colors):
@@ -67,11 +69,16 @@ def _is_line(part: Part, options: SheetOptions) -> bool:
     return options.keeps_lines and part.stroke is not None
 
 
-def visible_parts(parts: tuple[Part, ...], keeps_lines: bool) -> Iterator[tuple[Part, BaseGeometry]]:
-    """Yield each part, from bottom to top, with the area that shows of it; that of a kept line is empty."""
+def visible_parts(
+    parts: tuple[Part, ...], keeps_lines: bool, error: float = FINE_ERROR
+) -> Iterator[tuple[Part, BaseGeometry]]:
+    """Yield each part, from bottom to top, with the area that shows of it; that of a kept line is empty.
+
+    Chords are at most ``error`` millimetres off.
+    """
     covered, found = EMPTY, []
     for part in reversed(parts):
-        whole = EMPTY if keeps_lines and part.stroke is not None else region_of(part)
+        whole = EMPTY if keeps_lines and part.stroke is not None else region_of(part, error)
         found.append((part, areas_of(whole.difference(covered)) if whole.intersects(covered) else whole))
         covered = covered.union(whole)
     yield from reversed(found)

@@ -6,7 +6,8 @@ import atexit
 import logging
 import os
 import tempfile
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -28,12 +29,31 @@ def init_warp() -> str | None:
     """Initialise Warp; return a message if its kernels have to be kept in a temporary folder."""
     message = None
     try:
-        wp.init()
+        with _absolute_cache():
+            wp.init()
         _check_room(Path(wp.config.kernel_cache_dir or "."))
     except OSError as error:
         message = _use_temporary_folder(Path(wp.config.kernel_cache_dir or "."), error.strerror or str(error))
     _keep_headers()
     return message
+
+
+@contextmanager
+def _absolute_cache() -> Iterator[None]:
+    """Take an empty or relative XDG_CACHE_HOME for none in this block, as its specification wants.
+
+    Warp would make its folder in the current one.
+    """
+    name = "XDG_CACHE_HOME"
+    given = os.environ.get(name)
+    if given is None or os.path.isabs(given):
+        yield
+        return
+    del os.environ[name]
+    try:
+        yield
+    finally:
+        os.environ[name] = given
 
 
 def _check_room(folder: Path) -> None:

@@ -48,6 +48,9 @@ _OWN_OPACITY = re.compile(r"0|1|\.\d{1,6}|0\.\d{1,6}", re.ASCII)
 _OWN_COLOR = re.compile(r"#(?>[0-9a-f]{6}|[0-9a-f]{3})")
 _OWN_BOX = re.compile(r"0 0 ([1-9]\d{0,8}) ([1-9]\d{0,8})", re.ASCII)
 _OWN_SIDE = re.compile(r"\d{1,9}(\.\d{1,9})?(mm|cm|in|pt)?", re.ASCII)
+_ROUNDED_SIDE = 0.005
+"""Largest share by which a stated side is rounded: two sides of a very small drawing have few digits."""
+
 _OWN_STROKE = ("stroke-width", "stroke-linecap", "stroke-linejoin", "stroke-miterlimit")
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _SHAPES = FORM_ELEMENTS | {"path"}
@@ -114,6 +117,7 @@ def _read_own(root: Element) -> LoadedSvg:
     if box is None or not all(_OWN_SIDE.fullmatch(side) for side in stated) or root.get("style"):
         raise _NotOurs
     width, height = box.groups()
+    _expect(root.get("preserveAspectRatio") is None and _is_in_proportion(root, float(width), float(height)))
     children = [child for child in root if local_name(child.tag) not in ("", *_UNDRAWN)]
     has_definitions = bool(children) and local_name(children[0].tag) == "defs"
     definitions = _own_definitions(children.pop(0)) if has_definitions else _Definitions({}, {})
@@ -130,6 +134,12 @@ def _read_own(root: Element) -> LoadedSvg:
         sides=None if stated == (width, height) else stated,
         layer_names=_own_layer_names(children),
     )
+
+
+def _is_in_proportion(root: Element, width: float, height: float) -> bool:
+    """Return whether the stated size has the proportions of the view box, but for rounding: it moves nothing then."""
+    across, down = stated_size(root.attrib)
+    return abs(across * height - down * width) <= _ROUNDED_SIDE * down * width
 
 
 def _read_foreign(root: Element) -> LoadedSvg:

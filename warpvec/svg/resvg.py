@@ -17,6 +17,7 @@ from PIL.PngImagePlugin import PngImageFile
 
 from warpvec.errors import InputError
 from warpvec.sandbox.run import SandboxError, run_in_sandbox
+from warpvec.svg.resvg_work import LANGUAGES
 
 _BAND_PIXELS = 4_000_000
 """Pixels of a drawing that are converted at a time."""
@@ -63,7 +64,7 @@ def _pixels(image: PngImageFile, mode: str) -> NDArray[np.uint8]:
 
 def _draw_here(text: str, options: dict[str, Any]) -> bytes:
     try:
-        return resvg_py.svg_to_bytes(text, **options)
+        return resvg_py.svg_to_bytes(text, languages=LANGUAGES, **options)
     except BaseException as error:
         # A failed assertion of resvg has a type that cannot be imported and is not an Exception.
         if isinstance(error, ValueError | OverflowError) or type(error).__name__ == "PanicException":

@@ -45,7 +45,7 @@ _ILLEGAL_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010f
 
 def write_svg(
     scene: Scene,
-    width: int,
+    width: float,
     height: float,
     *,
     precision: int = 2,
@@ -99,7 +99,7 @@ def _xml_text(text: str) -> str:
     return escape(_ILLEGAL_IN_XML.sub("\N{REPLACEMENT CHARACTER}", text))
 
 
-def background_of(scene: Scene, width: int, height: float, identifier: str = "") -> list[str]:
+def background_of(scene: Scene, width: float, height: float, identifier: str = "") -> list[str]:
     """Return the rectangle of the background with the attribute ``identifier``; nothing if ``scene`` is transparent."""
     fill = hex_colors(scene.background[None])[0]
     return [] if scene.transparent else [f'<rect{identifier} width="{width}" height="{height}" fill="{fill}"/>']

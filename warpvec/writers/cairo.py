@@ -14,6 +14,9 @@ from warpvec.purposes.table import PRINT
 from warpvec.sandbox.run import SandboxError, run_in_sandbox
 from warpvec.writers.writer import Target, Writer
 
+_DECIMALS = 3
+"""Decimals of points: cairo's own places are 1/256 of a point apart."""
+
 
 def load(path: str, name: str) -> ModuleType:
     """Return the module ``cairosvg``, which makes the file ``path``.
@@ -46,6 +49,29 @@ def _with_rings(svg: str) -> str:
     return svg if read_svg(svg).precision is None else text_for(svg, PRINT).text
 
 
+def _in_points(svg: str) -> str:
+    """Return a drawing of warpvec with translucent gradients in units of a point; other texts as they are.
+
+    ``pdftocairo -svg`` of poppler 22.12 places such a gradient wrongly if the units of a PDF are others.
+    """
+    if "stop-opacity" not in svg:
+        return svg
+    from warpvec.svg.description import description_of  # not above: they load Torch, which the help does without
+    from warpvec.svg.document import parse_svg
+    from warpvec.svg.read import read_svg
+    from warpvec.svg.units import stated_size
+    from warpvec.svg.write import write_svg
+
+    loaded = read_svg(svg)
+    if loaded.precision is None:
+        return svg
+    across, down = (0.75 * side for side in stated_size(parse_svg(svg).root))
+    scene = loaded.scene.scaled(across / loaded.width, down / loaded.height)
+    width, height = round(across, _DECIMALS), round(down, _DECIMALS)
+    title, _ = description_of(svg.encode())
+    return write_svg(scene, width, height, precision=_DECIMALS, title=title, sides=(f"{width}pt", f"{height}pt"))
+
+
 def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
     """Return the writer of files with this ``suffix``.
 
@@ -55,7 +81,7 @@ def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:
     def encode(svg: str, target: Target) -> bytes:
         del target
         load(f"drawing{suffix}", "path")
-        svg = _with_rings(svg)
+        svg = _in_points(_with_rings(svg))
         try:
             return run_in_sandbox("warpvec.writers.cairo_work", svg.encode(), files, method=method)
         except SandboxError as error:

@@ -29,13 +29,16 @@ class Target(NamedTuple):
 
     Attributes:
         canvas: the pixels of a picture; None for the size of the drawing.
-        splines: whether a file for cutters has splines in place of chords.
+        splines: whether a file for cutters has splines in place of arcs that are near curves.
+        center_lines: whether a file for cutters has strokes as their centre lines in place of both edges; None if the
+            mode that the SVG states decides.
         name: name of the file without its suffix, from which a component gets its name.
         per_inch: pixels of a drawing without a size in real units that make an inch.
     """
 
     canvas: Canvas | None = None
     splines: bool = False
+    center_lines: bool | None = None
     name: str = "drawing"
     per_inch: float = 96.0
 

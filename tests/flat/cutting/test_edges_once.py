@@ -18,7 +18,7 @@ import shapely
 from PIL import Image
 
 from warpvec.flat.cutting.edges_once import edges_once
-from warpvec.making.parts import Circle, Sheet
+from warpvec.making.parts import Circle, Outline, Sheet
 from warpvec.making.regions import line_of
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="60mm" viewBox="0 0 100 60">'
@@ -56,6 +56,17 @@ def test_strokes_are_outlined_or_stay_lines() -> None:
     svg = f'{HEAD}<path fill="none" stroke="#f00" stroke-width="4" d="M20 30h40"/></svg>'
     outlined, kept = edges_once(svg), edges_once(svg, keeps_lines=True)
     assert [sum(line.length for line in _lines(each)) for each in (outlined, kept)] == pytest.approx([88, 40], rel=1e-3)
+
+
+def test_the_edges_of_a_ring_are_circles_and_arcs_stay_whole() -> None:
+    ring = '<circle fill="none" stroke="#f00" stroke-width="4" cx="50" cy="30" r="20"/>'
+    (part,) = edges_once(f"{HEAD}{ring}</svg>").parts
+    radii = sorted(shape.radius for shape in part.shapes if isinstance(shape, Circle))
+    assert radii == pytest.approx([18, 22], abs=0.005)
+    notched = f'{HEAD}<circle fill="#00f" cx="50" cy="30" r="20"/><path fill="#f00" d="M50 26.3h40v8h-40z"/></svg>'
+    shapes = [shape for part in edges_once(notched).parts for shape in part.shapes]
+    pieces = [piece for shape in shapes if isinstance(shape, Outline) for piece in shape.pieces]
+    assert sum(bool(piece.bulge) for piece in pieces) <= 3 and not any(piece.is_cubic for piece in pieces)
 
 
 @pytest.mark.slow

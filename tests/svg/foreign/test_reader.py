@@ -48,6 +48,10 @@ FOREIGN = {
     f'<defs>{SQUARE}</defs><rect fill="none" width="9" height="9"/>',
     "links and switches": f'<a href="#x">{SQUARE}</a>'
     f'<switch><g transform="translate(30)">{SQUARE}</g><circle r="30"/></switch>',
+    "a switch of languages": '<switch><rect systemLanguage="xx" width="40" height="30" fill="#3a5"/>'
+    '<rect systemLanguage="de, en-GB" width="40" height="30" fill="#a35"/><circle r="60"/></switch>'
+    '<switch><rect requiredExtensions="x" y="40" width="40" height="9"/><rect y="50" width="9" height="9"/></switch>'
+    '<rect systemLanguage="xx" x="50" width="9" height="9"/><circle systemLanguage="en" cx="50" cy="50" r="9"/>',
     "compound path with a hole": '<path d="M5 5H60V60H5zM20 20V40H40V20zm9 40h5v-5z" fill="navy"/>',
     "line after a close": '<path d="M5 5h20v20zl30 5v40z" fill="navy"/>',
     "broken path": '<path d="M5 5h20v20h-20z L 50 x 60" fill="navy"/>',
@@ -141,6 +145,13 @@ OMITTED = {
     '<path d="M5 5H60V60z" transform="scale(1e30)"/>': "1 path beyond 16777216 pixels: left out",
     '<style>g > rect{fill:red}</style><rect width="9" height="9"/>': "1 style rule: left out",
     '<rect width="9" height="9" fill="nonsense"/>': "1 fill of unknown colour: left out",
+    '<svg x="9" y="9" width="20" height="20" viewBox="0 0 9 9"><circle r="9"/></svg>':
+    "1 nested drawing: not cut off at its edges",
+    '<symbol id="m"><circle r="9"/></symbol><use href="#m" width="8" height="9"/>':
+    "1 nested drawing: not cut off at its edges",
+    '<svg width="20" height="20" style="overflow:visible"><circle r="29"/></svg><svg><circle r="99"/></svg>'
+    '<svg width="20" height="20"><circle cx="9" cy="9" r="9"/></svg>': "",
+    '<svg width="20" height="64"><rect width="64" height="64"/></svg>': "1 nested drawing: not cut off at its edges",
     "<foreignObject/><animate/>": "1 foreign object: left out, 1 animation: left out",
 }  # fmt: skip
 

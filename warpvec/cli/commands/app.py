@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import ExitStack, suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,7 +27,7 @@ def app(folder: str | None, port: int | None, no_browser: bool, threads: int | N
     memory until their page is closed. With FOLDER the page lists the pictures in FOLDER, and saves drawings there
     instead of downloading them. Ctrl-C ends the server.
     """
-    if folder is not None and not (folder and Path(folder).is_dir()):
+    if folder is not None and not (folder and os.path.isdir(folder)):
         raise InputError("FOLDER", "must be an existing folder", repr(folder), "create it first, or leave it out")
     if any(find_spec(name) is None for name in ("starlette", "uvicorn")):
         rule = "needs the packages of the extra app"

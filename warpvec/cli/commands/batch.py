@@ -103,6 +103,8 @@ def _run(
 
     with raised_interrupts(), work.target.lock(), closing(Journal(work.target)) as journal:
         left = remaining(jobs, work, journal, skip_existing=skip_existing)
+        if left:
+            work.target.check_room()
         tally = Tally(skipped=len(jobs) - len(left), total=len(left))
         try:
             with (

@@ -16,13 +16,16 @@ def mcp(folders: tuple[str, ...], threads: int | None) -> None:
     """Serve the tools vectorize, refine and evaluate over stdin and stdout, as MCP clients start it.
 
     The tools read and write files in FOLDER alone. A client lists the command, such as
-    {"command": "warpvec", "args": ["mcp", "pictures"]}. It ends when stdin ends.
+    {"command": "warpvec", "args": ["mcp", "pictures"]}. It ends when stdin ends, or
+    with its client.
     """
     if find_spec("mcp") is None:
         raise InputError("mcp", "needs the package of the extra mcp", "none", "pip install 'warpvec[mcp]'")
     from warpvec.agents.folders import Folders
 
     named = Folders(folders)
+    from warpvec.agents.client import end_without_reader
     from warpvec.agents.server import make_server
 
+    end_without_reader()
     make_server(named, threads).run("stdio")

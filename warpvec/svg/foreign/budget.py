@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 
 from warpvec.svg.document import local_name
 
-_MAY_HIDE = frozenset({"display", "style", "class"})
+_MAY_HIDE = frozenset({"display", "style", "class", "systemLanguage", "requiredExtensions"})
 """Attributes with which an element may not be drawn."""
 
 

@@ -81,6 +81,24 @@ class Clips:
         except ValueError:
             return True
 
+    def cut_by_box(
+        self, size: tuple[float, float], matrix: NDArray[np.float64], outlines: Sequence[Outline], covers_canvas: bool
+    ) -> bool:
+        """Return whether a box at the origin hides a part of what is on the canvas, or ``CLIP_EFFORT`` is used up.
+
+        Args:
+            size: width and height of the box.
+            matrix: from its space to pixels.
+            outlines, covers_canvas: as for `cut`.
+        """
+        if not (outlines or covers_canvas):
+            return False
+        if min(size) <= 0.0 or not self._budget.takes(_SHAPE_EFFORT + _OUTLINE_EFFORT * len(outlines)):
+            return True
+        frame = closed_loops(read_subpaths(f"M0 0H{size[0]}V{size[1]}H0z")[0])
+        box = (0.0, 0.0, *self._size) if covers_canvas else self._visible_box(outlines)
+        return not _contains(moved(frame, matrix), box, _MARGIN * max(self._size))
+
     def _visible_box(self, outlines: Sequence[Outline]) -> tuple[float, float, float, float]:
         curves = np.concatenate([curves_of(loop) for outline in outlines for loop in _loops(outline)])
         left, top, right, bottom = bounding_box(curves)

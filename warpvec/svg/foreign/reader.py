@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import islice
 from types import SimpleNamespace
 from xml.etree.ElementTree import Element
 
@@ -22,6 +24,7 @@ from warpvec.svg.foreign.painter import Painter
 from warpvec.svg.foreign.shapes import SHAPES, compose, load_parser, read_matrix
 from warpvec.svg.foreign.state import State
 from warpvec.svg.foreign.style import INHERITED, StyleSheet
+from warpvec.svg.resvg_work import LANGUAGES
 from warpvec.svg.units import NUMBER, parse_length, stated_size
 
 MAX_ELEMENTS = 2**15
@@ -66,6 +69,7 @@ _REMARKS = {
     "non-scaling stroke": "scaled with the drawing",
     "stated length of a path": "ignored",
     "gradient with a focus": "centred",
+    "nested drawing": "not cut off at its edges",
     "broken path": "kept as far as it can be read",
 }
 """Kind of omission -> what was done instead. Everything else is left out."""
@@ -126,7 +130,7 @@ class ForeignReader:
         name = local_name(element.tag)
         if name in _OMITTED_ELEMENTS:
             self._omitted[_OMITTED_ELEMENTS[name]] += 1
-        if name not in _DRAWN:
+        if name not in _DRAWN or not _is_for_all(element):
             return
         self._count(element, above)
         properties = self._sheet.properties(element, above.properties)
@@ -160,18 +164,22 @@ class ForeignReader:
         if name == "use":
             self._visit_target(element, state)
         else:
-            state = self._placed(element, state) if name == "svg" else state
-            self._visit_children(element, name, state)
+            if name == "svg":
+                self._visit_placed(element, state)
+            else:
+                self._visit_children(element, name, state)
         translucent = 0 < fraction(state.properties["opacity"]) < 1
         is_blurred = state.properties["filter"] != "none" and state.softness > 0.0
         self._omitted["group blur"] += is_blurred and len(self.painter.outlines) > before + 1
         self._omitted["group opacity"] += translucent and len(self.painter.outlines) > before + 1
 
     def _visit_children(self, element: Element, name: str, state: State) -> None:
-        for child in element:
+        if name == "switch":
+            children: Iterable[Element] = islice(filter(_is_chosen, element), 1)
+        else:
+            children = element
+        for child in children:
             self._visit(child, state)
-            if name == "switch" and local_name(child.tag) in _DRAWN:
-                return
 
     def _visit_target(self, use: Element, state: State) -> None:
         """Visit the element that <use> refers to, at the place of <use>; a symbol is drawn like an <svg>."""
@@ -184,7 +192,7 @@ class ForeignReader:
         self._in_use.add(name)
         if local_name(target.tag) in ("symbol", "svg"):
             state = replace(state, properties=self._sheet.properties(target, state.properties))
-            self._visit_children(target, "g", self._placed(target, state, use))
+            self._visit_placed(target, state, use)
         else:
             self._visit(target, state)
         self._in_use.remove(name)
@@ -196,14 +204,19 @@ class ForeignReader:
             self._omitted["broken transform"] += 1
             return matrix
 
-    def _placed(self, element: Element, state: State, use: Element | None = None) -> State:
-        """Return the state inside a nested <svg>, or inside a <symbol> of the size that its <use> states."""
+    def _visit_placed(self, element: Element, state: State, use: Element | None = None) -> None:
+        """Visit what is in a nested <svg>, or in a <symbol> of the size that its <use> states."""
         sizes = {**element.attrib, **({} if use is None else use.attrib)}
         across, down = state.viewport
         size = parse_length(sizes.get("width", "100%"), across), parse_length(sizes.get("height", "100%"), down)
         shift = _shift(element, state) if use is None else np.eye(2, 3)
         view, viewport = self._view(element, *size)
-        return replace(state, matrix=compose(state.matrix, compose(shift, view)), viewport=viewport)
+        place, painter = compose(state.matrix, shift), self.painter
+        before, background = len(painter.outlines), painter.background
+        self._visit_children(element, "g", replace(state, matrix=compose(place, view), viewport=viewport))
+        if state.properties["overflow"] not in ("visible", "auto"):
+            covered = painter.background is not None and background is None
+            self._omitted["nested drawing"] += self._clips.cut_by_box(size, place, painter.outlines[before:], covered)
 
     def _view(self, element: Element, width: float, height: float) -> tuple[NDArray[np.float64], tuple[float, float]]:
         """Return the matrix from the view box of ``element`` to ``width`` x ``height``, and the size of the box."""
@@ -232,6 +245,18 @@ class ForeignReader:
         if self._number_count > MAX_NUMBERS:
             rule = f"must draw at most {MAX_NUMBERS} numbers, counting each <use>"
             raise InputError("SVG", rule, "more", "simplify it")
+
+
+def _is_chosen(element: Element) -> bool:
+    """Return whether a <switch> may choose an element."""
+    return local_name(element.tag) in (*_DRAWN, "text", "image") and _is_for_all(element)
+
+
+def _is_for_all(element: Element) -> bool:
+    """Return whether an element is drawn by programs that have the languages of `warpvec.svg.resvg_work`."""
+    languages = element.get("systemLanguage")
+    is_spoken = languages is None or any(each.strip().split("-")[0] in LANGUAGES for each in languages.split(","))
+    return is_spoken and element.get("requiredExtensions") is None
 
 
 def _too_many_elements() -> InputError:

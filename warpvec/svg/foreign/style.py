@@ -22,9 +22,9 @@ INHERITED = {
 OWN = {
     "opacity": "1", "display": "inline", "clip-path": "none", "mask": "none", "filter": "none",
     "mix-blend-mode": "normal", "transform": "none", "stop-color": "black", "stop-opacity": "1",
-    "vector-effect": "none",
+    "vector-effect": "none", "overflow": "hidden",
 }  # fmt: skip
-"""Properties that children do not inherit, with their initial values."""
+"""Properties that children do not inherit, with their initial values; "overflow" of nested drawings."""
 
 Properties = dict[str, str]
 
