@@ -7,6 +7,7 @@ import { Meeting } from "app/meeting.js";
 import { connectDropping, showSide, showStatus } from "app/parts.js";
 import { PagePicture } from "app/picture.js";
 import { PictureList } from "app/queue.js";
+import { Removals } from "app/removals.js";
 import { Results } from "app/results.js";
 import { Saver } from "app/saving.js";
 import { Server } from "app/server.js";
@@ -16,17 +17,23 @@ import { Sheet } from "app/sheet.js";
 const SETTLE_MS = 250;
 
 export class Desk {
-  constructor(view) {
+  constructor(view, page, memory) {
     this.view = view;
+    this.memory = memory;
     this.sheet = new Sheet(view);
     this.pictures = [];
     this.current = null;
-    this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
+    // Those that Undo brings back, and the picture that was shown before the page was loaded again.
+    this.removed = [];
+    this.wanted = null;
+    this.removals = new Removals(this);
+    this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.removals.ask(picture));
     this.results = new Results(this);
     this.meeting = new Meeting(this);
     this.panel = new ControlPanel((positions, name) => this.changeSettings(positions, name));
     const { meeting } = this;
-    this.server = new Server((kind, facts) => this.receive(kind, facts), (isOther) => meeting.lose(isOther), () => meeting.find());
+    this.memory.restore(this);
+    this.server = new Server(page, (kind, facts) => this.receive(kind, facts), (isOther) => meeting.lose(isOther), () => meeting.find());
     this.saver = new Saver(this.server);
     this.making = new MakePanel(this);
     this.connect();
@@ -50,8 +57,9 @@ export class Desk {
       button.addEventListener("click", () => this.save(this.view.drawingText(), button.dataset.format));
     }
     connectDropping((files) => this.add(files), (words) => this.view.say(words));
+    document.addEventListener("change", () => this.memory.note(this)); // boxes are no part of a drawing
     addEventListener("beforeunload", (event) => {
-      if (this.pictures.some((picture) => picture.newest && !picture.isSaved)) event.preventDefault();
+      if (!this.memory.isWritten || this.pictures.some((picture) => !this.isSaved(picture))) event.preventDefault();
     });
   }
 
@@ -95,11 +103,18 @@ export class Desk {
     picture.arriving ??= this.server.upload(picture.blob, picture.name);
     try {
       const { id, width, height } = await picture.arriving;
-      Object.assign(picture, { id, width, height, fit: null });
+      // A server that was started again counts its fits anew.
+      Object.assign(picture, { id, width, height, fit: null, lastFit: 0, unwanted: 0 });
     } finally {
       picture.arriving = null;
     }
     if (!this.pictures.includes(picture)) this.forget(picture);
+  }
+
+  /** Returns the address of the server's copy of a picture, which the server may have lost. */
+  async previewUrl(picture) {
+    if (!picture.id) await this.upload(picture);
+    return this.server.previewUrl(picture.id);
   }
 
   forget(picture) {
@@ -110,22 +125,16 @@ export class Desk {
   async open(picture) {
     this.current = picture;
     this.panel.show(picture.positions, picture.mode, picture.reason);
-    const opened = picture.width ? this.sheet.open(picture, this.server.previewUrl(picture.id)) : null;
+    const opened = picture.width ? this.sheet.open(picture, () => this.previewUrl(picture)) : null;
     this.refresh();
     await this.attempt(async () => {
       if ((await opened) && picture.isUnseen) this.results.show(picture);
     });
   }
 
-  async remove(picture) {
-    this.pictures = this.pictures.filter((other) => other !== picture);
-    this.forget(picture);
-    if (this.current === picture) {
-      this.current = null;
-      if (this.pictures.length) await this.open(this.pictures.at(-1));
-      else this.sheet.clear();
-    }
-    this.refresh();
+  /** Tells whether the drawing of a picture has been saved with all edits; also if there is none. */
+  isSaved(picture) {
+    return picture.isClean && !(this.sheet.shows(picture) && this.view.state.edited);
   }
 
   // Fits
@@ -134,20 +143,21 @@ export class Desk {
     this.making.show();
     const picture = this.current;
     if (!picture) return;
-    picture.positions = positions;
-    picture.proposal = "";
+    Object.assign(picture, { positions, moved: name, proposal: "" });
     clearTimeout(picture.timer);
     if (picture.status === "loading") return; // its first fit will have them
-    picture.timer = setTimeout(() => {
-      const { filled, start, ...erased } = this.sheet.present(picture);
-      this.requestFit(picture, name === "mode" ? erased : { start, ...erased }, "again");
-    }, SETTLE_MS);
+    picture.timer = setTimeout(() => this.fitWithSettings(picture), SETTLE_MS);
+  }
+
+  fitWithSettings(picture) {
+    const { filled, start, ...erased } = this.sheet.present(picture);
+    return this.requestFit(picture, picture.moved === "mode" ? erased : { start, ...erased }, "again");
   }
 
   async requestFit(picture, more, edits = picture?.asked.edits) {
     if (!picture) return;
     clearTimeout(picture.timer);
-    Object.assign(picture, { proposal: "", isStopping: false, asked: { positions: picture.positions, edits } });
+    Object.assign(picture, { proposal: "", isStopping: false, moved: null, asked: { positions: picture.positions, edits, more } });
     // The result of the fit before, if it is on its way, is not wanted any more.
     picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
     const settings = settingsForServer(picture.positions);
@@ -196,7 +206,7 @@ export class Desk {
     this.making.forget();
     const isOther = this.followed !== facts.text;
     this.followed = facts.text;
-    if (picture && facts.positions && (isSure || (isOther && !picture.isBusy)) && !this.view.state.live) {
+    if (picture && facts.positions && (isSure || (isOther && !picture.isBusy && !picture.moved)) && !this.view.state.live) {
       clearTimeout(picture.timer);
       Object.assign(picture, { positions: facts.positions, mode: facts.mode, reason: facts.reason });
       if (picture === this.current) this.panel.show(picture.positions, picture.mode, picture.reason);
@@ -258,6 +268,7 @@ export class Desk {
     setText("proposal-text", `The new drawing has no place for: ${current?.proposal}.`);
     find("stop").disabled = !current?.isBusy || current.isStopping || !server.isOnline;
     find("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
+    this.memory.note(this);
     this.making.show();
     const canSave = Boolean(current?.newest);
     for (const button of findAll("[data-format]")) {

@@ -15,10 +15,10 @@ export class Sheet {
   }
 
   /** Shows a picture as soon as its photo is loaded; without one, if this cannot be. Returns whether it is shown now. */
-  async open(picture, previewUrl) {
+  async open(picture, findCopy) {
     this.opening = this.shows(picture) ? null : picture;
     if (!this.opening) return false;
-    await picture.prepare((address) => this.view.loadPhoto(address), previewUrl);
+    await picture.prepare((address) => this.view.loadPhoto(address), findCopy);
     if (this.opening !== picture) return false;
     this.keepEdits();
     this.put(picture);

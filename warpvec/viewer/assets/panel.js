@@ -150,7 +150,7 @@ export class Panel {
     this.showFigures();
     this.layerTable.show();
     this.measureSoon(layers);
-    find("undo").disabled = !app.commands.done.length && !app.gesture;
+    find("undo").disabled = !app.commands.done.length && !app.gesture && !window.desk?.canUndo?.();
     find("redo").disabled = !app.commands.undone.length;
   }
 
