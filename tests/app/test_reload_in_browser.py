@@ -8,34 +8,10 @@ from typing import Any
 
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
 from desk_browser import DeskPage, DeskServer
+from desk_edits import GREEN, ORANGE, RECOLOUR, reload, text_of, wait_for_text
 from quick_desk import QuickServer, quick_server_fixture, write_logo  # noqa: F401  (fixture)
 
 pytestmark = NEEDS_BROWSER
-
-GREEN, ORANGE = "#2e9b4f", "#ff8000"
-
-RECOLOUR = """([from, to]) => {
-    const { app } = warpvecView;
-    app.select(app.drawing.layers.flatMap(({ items }) => items).filter(({ fill }) => fill === from));
-    const fill = document.getElementById("fill");
-    fill.value = to;
-    for (const type of ["input", "change"]) fill.dispatchEvent(new Event(type, { bubbles: true }));
-}"""
-
-
-def reload(desk: DeskPage) -> None:
-    """Load the page again as soon as it has kept what it has."""
-    desk.page.wait_for_function("() => desk.isKept()")
-    desk.page.reload()
-    desk.page.wait_for_selector("body[data-desk]")
-
-
-def text_of(desk: DeskPage) -> Any:
-    return desk.page.evaluate("() => warpvecView.drawingText()")
-
-
-def wait_for_text(desk: DeskPage, text: str) -> None:
-    desk.page.wait_for_function("(text) => warpvecView.drawingText() === text", arg=text)
 
 
 def test_edits_the_undo_list_and_settings_are_there_after_a_reload(
@@ -110,7 +86,7 @@ def test_a_page_goes_on_after_a_reload_and_a_new_start_of_the_server(browser: An
     desk.page.wait_for_selector("#lost", state="hidden")
     reload(desk)
     wait_for_text(desk, recoloured)
-    desk.page.locator("[name=side][value=edit] + span").click()
+    desk.page.locator("#sides label:has([value=edit])").click()
     with desk.fitting():
         desk.page.locator("#fit-again").click()
     assert ORANGE in text_of(desk)

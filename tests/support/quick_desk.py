@@ -66,7 +66,7 @@ class QuickWorker:
             self.report(kind, message.number, {**self.found, "stopped": True} if kind == "done" else {})
             return
         self.found = self.answer(message)
-        frame = {**self.found, "iteration": 1, "iterations": 2, "paths": 1, "left": 1.0}
+        frame: dict[str, Any] = {**self.found, "iteration": 1, "iterations": 2, "paths": 1, "left": 1.0}
         del frame["mode"]
         reason = "it has few colours" if message.settings.mode == "auto" else None
         mode = {"mode": "flat", "reason": reason, "width": 240, "height": 160}
@@ -80,6 +80,8 @@ class QuickWorker:
 
     def answer(self, job: FitJob) -> dict[str, Any]:
         """Return the facts of the drawing for a job."""
+        if job.cuts:
+            return run_job(job, lambda kind, facts: None, Watch(), 1)
         if job.start is None or not job.keeps_paths:
             return self.drawing(bool(job.settings.values["cutout"]), job)
         target = read_image(job.data)

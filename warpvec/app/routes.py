@@ -6,13 +6,14 @@ POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&name=    a picture's file in the body -> its facts
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths}: fit it, or go on
+POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it, or go on
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
 POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words, or what is left
 POST   /cut?machine=            SVG text in the body -> its size, and what will go wrong on the machine
+POST   /open                    the file of an SVG in the body -> its drawing for the page, its text, size and figures
 POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
 """
 
@@ -40,7 +41,9 @@ from warpvec.errors import InputError
 from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
 from warpvec.image.write import png_bytes, to_8_bits
-from warpvec.viewer.page import PAGE_PHOTO_SIDE
+from warpvec.svg.document import read_text
+from warpvec.viewer.page import PAGE_PHOTO_SIDE, page_data
+from warpvec.writers.png import drawing_size
 
 MAX_PICTURE_BYTES = 2**28
 """Largest picture file: 256 MiB, those of 50 megapixels with room. The command reads larger ones, with less memory."""
@@ -82,6 +85,7 @@ class Routes:
             Route("/folder/{name}", self.from_folder),
             Route("/reshape", self.reshape, methods=["POST"]),
             Route("/cut", self.cut, methods=["POST"]),
+            Route("/open", self.open, methods=["POST"]),
             Route("/export", self.export, methods=["POST"]),
         ]
         handlers: dict[Any, Callable[[Request, Exception], Awaitable[Response]]] = {InputError: _wrong_input}
@@ -140,8 +144,8 @@ class Routes:
         texts = {name: asked.get(name) for name in ("start", "before", "erased", "filled")}
         if not all(text is None or _is_text(text) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
-        keeps_paths = asked.get("keepsPaths") is True
-        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), keeps_paths=keeps_paths, **texts)
+        ways = {"keeps_paths": asked.get("keepsPaths") is True, "cuts": asked.get("cuts") is True}
+        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), **ways, **texts)
         assert picture.job is not None
         return JSONResponse({**picture.facts(), "fit": picture.job.number}, 202)
 
@@ -186,6 +190,10 @@ class Routes:
         """Return the size of the drawing in the body, and what will go wrong on a machine."""
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
         return JSONResponse(await asyncio.to_thread(cut_facts, text, request.query_params.get("machine", "")))
+
+    async def open(self, request: Request) -> Response:
+        """Return the drawing of an SVG file of any program."""
+        return JSONResponse(await asyncio.to_thread(_opened, await _body(request, MAX_TEXT_BYTES)))
 
     async def export(self, request: Request) -> Response:
         """Return the drawing in the body as a file of another kind."""
@@ -282,6 +290,13 @@ def _reshaped(texts: list[str], words: str) -> list[dict[str, Any]]:
     from warpvec.app.reshaping import reshape
 
     return reshape(texts, words)
+
+
+def _opened(data: bytes) -> dict[str, Any]:
+    """Return what the page shows of an SVG file, its text as it is, and its size in pixels."""
+    text = read_text(data)
+    width, height = drawing_size(text)
+    return {**page_data(data, None), "text": text, "width": width, "height": height}
 
 
 def _size_of(data: bytes) -> tuple[int, int]:

@@ -8,6 +8,7 @@ import { connectDropping, showSide, showStatus } from "app/parts.js";
 import { PagePicture } from "app/picture.js";
 import { PictureList } from "app/queue.js";
 import { Removals } from "app/removals.js";
+import { pairs, read, take } from "app/reopening.js";
 import { Results } from "app/results.js";
 import { Saver } from "app/saving.js";
 import { Server } from "app/server.js";
@@ -15,6 +16,17 @@ import { Sheet } from "app/sheet.js";
 
 // Time after the last move of a slider until the fit goes on with it.
 const SETTLE_MS = 250;
+
+/** Tells whether the settings of a picture ask for its drawing, of flat art, without overlaps, and for nothing else.
+ *
+ * @param {any} picture
+ * @param {any} positions those of the drawing */
+function onlyCuts({ positions: wanted, mode, newest }, positions) {
+  if (!newest || !positions || !mode || mode === "photo") return false;
+  const [now, then] = [wanted, positions].map(settingsForServer);
+  const isSame = (name) => now[name] === then[name] || (name === "mode" && ["auto", mode].includes(now.mode));
+  return now.cutout && !then.cutout && Object.keys(now).every((name) => name === "cutout" || isSame(name));
+}
 
 export class Desk {
   constructor(view, page, memory) {
@@ -67,9 +79,9 @@ export class Desk {
 
   /** Takes new pictures; the first of them is shown as soon as it has arrived. */
   add(files) {
-    for (const [i, file] of files.entries()) {
-      const picture = new PagePicture(file.name.replace(/\.[^.]+$/, "") || "picture", file, this.panel.positions);
-      picture.isFirst = i === 0;
+    for (const [i, { name, file, drawing }] of pairs(files).entries()) {
+      const picture = new PagePicture(name, file, this.panel.positions);
+      Object.assign(picture, { drawing, isFirst: i === 0 });
       this.pictures.push(picture);
       this.uploading = (this.uploading ?? Promise.resolve()).then(() => this.begin(picture));
     }
@@ -86,7 +98,9 @@ export class Desk {
   async begin(picture) {
     if (!this.pictures.includes(picture)) return;
     try {
+      const opened = picture.drawing && (await read(picture, this.server));
       await this.upload(picture);
+      if (opened) take(picture, opened);
     } catch (error) {
       Object.assign(picture, { status: "failed", message: error.message });
       if (!this.current || this.current.status === "failed") this.current = picture; // so that its message is seen
@@ -94,7 +108,8 @@ export class Desk {
       return;
     }
     if (!this.pictures.includes(picture)) return; // it was removed in the meantime
-    await this.requestFit(picture, {}, "again");
+    if (picture.drawing) picture.drawing = null;
+    else await this.requestFit(picture, {}, "again");
     if (picture.isFirst || !this.current) await this.open(picture);
   }
 
@@ -149,7 +164,13 @@ export class Desk {
     picture.timer = setTimeout(() => this.fitWithSettings(picture), SETTLE_MS);
   }
 
+  /** Lets the drawing follow its settings; if these only ask to cut it out, then the drawing itself, with its edits. */
   fitWithSettings(picture) {
+    if (this.sheet.shows(picture) && onlyCuts(picture, this.view.facts.positions)) {
+      this.view.app.endKeys();
+      const start = this.sheet.exactText(this.view.shownText());
+      return this.requestFit(picture, { start, cuts: true }, "included");
+    }
     const { filled, start, ...erased } = this.sheet.present(picture);
     return this.requestFit(picture, picture.moved === "mode" ? erased : { start, ...erased }, "again");
   }
@@ -162,7 +183,7 @@ export class Desk {
     picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
     const settings = settingsForServer(picture.positions);
     // Its own drawing has shown what the picture is: a look at the picture alone may say otherwise.
-    if (more.keepsPaths && picture.mode) settings.mode = picture.mode;
+    if ((more.keepsPaths || more.cuts) && picture.mode) settings.mode = picture.mode;
     const request = { settings, ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);

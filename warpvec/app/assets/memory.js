@@ -66,6 +66,7 @@ export class Memory {
     if (!text) return null;
     const { state, type, drawn } = unpack(text);
     const bytes = this.records.get(`file/${key}`);
+    if (!bytes && state.status === "loading") return null; // its file had not been read
     const blob = bytes ? new Blob([bytes], { type }) : null;
     if (blob) this.marks.set(`file/${key}`, [blob]);
     return Object.assign(new PagePicture(state.name, blob, state.positions), state, { kept: drawn && view.unpacked(drawn) });
@@ -115,7 +116,7 @@ export class Memory {
 
 /** Returns the records of a picture: its file, and all else. */
 function recordsOf(picture, { view, sheet }) {
-  const { key, blob, frame, photo, kept, arriving, timer, ...state } = picture;
+  const { key, blob, frame, photo, kept, arriving, timer, drawing, ...state } = picture;
   const isShown = sheet.shows(picture);
   if (isShown) state.isSaved &&= !view.state.edited;
   const drawn = () => (isShown ? view.packed() : kept && view.packed(kept));

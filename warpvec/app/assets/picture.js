@@ -47,6 +47,8 @@ export class PagePicture {
 
   // Its name in what the page keeps for the time after it is loaded again.
   key = crypto.randomUUID();
+  // The file of its drawing that was opened, until it is read.
+  drawing = null;
   // The control that has been moved last, until a fit is asked for with it.
   moved = null;
 
@@ -67,7 +69,7 @@ export class PagePicture {
 
   /** The newest drawing: the present frame of a fit, or the result of the last one. */
   get newest() {
-    return this.frame?.svg ?? this.result?.svg ?? null;
+    return this.frame?.svg ?? this.result?.text ?? this.result?.svg ?? null;
   }
 
   /** Shows the list entry in words. */

@@ -156,6 +156,11 @@ export class Server {
     return (await (await this.ask("POST", `reshape?${new URLSearchParams({ to })}`, body)).json()).shapes;
   }
 
+  /** Returns the drawing of an SVG file: {svg, text, width, height, figures}; svg is what may be parsed here. */
+  async open(file) {
+    return (await this.ask("POST", "open", file)).json();
+  }
+
   export(text, options) {
     return this.ask("POST", `export?${new URLSearchParams(options)}`, text);
   }

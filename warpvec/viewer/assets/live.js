@@ -34,6 +34,7 @@
  *                       and it is new if the last fit did not know of it
  *   figures             the figures that the page shows: those of the file, or what is measured of the edited drawing
  *   drawingText()       the SVG text of the drawing as edited, the same that "Save" writes
+ *   shownText()         the same, during frames of the drawing from before them
  *   markSaved()         says that the present drawing is saved
  *   say(text)           shows a line below the picture, which screen readers announce
  *   state               {paths, edited, live, selected}, numbers and booleans
@@ -216,6 +217,10 @@ export class Live {
   drawingText() {
     this.app.endKeys();
     return writeDrawing(this.app.drawing);
+  }
+
+  shownText() {
+    return writeDrawing(this.shown);
   }
 
   markSaved() {
