@@ -117,7 +117,17 @@ class QuickServer:
     """The server in a thread of the test; see `desk_browser.DeskServer`."""
 
     def __init__(self) -> None:
-        listener = open_socket(0)
+        self.port = 0
+        self.start()
+
+    def restart(self) -> None:
+        """End the server, and start another one on the same port, which knows nothing of the pages."""
+        self.end()
+        self.start()
+
+    def start(self) -> None:
+        """Start the server, and wait for its address."""
+        listener = open_socket(self.port)
         self.port = listener.getsockname()[1]
         self._signals, started = _Signals(), threading.Event()
 
