@@ -48,7 +48,7 @@ const isIdle = () => $("stop").disabled && !view.state.live && !/Starting|Drawin
 async function until(isTrue, what) {
   const end = performance.now() + 60_000;
   while (!isTrue()) {
-    if (performance.now() > end) throw new Error(`waited for ${what} in vain`);
+    if (performance.now() > end) throw new Error(`waited for ${what} in vain: ${$("fit-status").textContent}, ${JSON.stringify(view.state)}`);
     await pause(5);
   }
 }
@@ -106,7 +106,7 @@ const STEPS = {
   x: async () => {
     $("pictures").querySelector("button:not(.open)").click();
     if ($("removal").open) $("removal-yes").click();
-    await until(() => !$("empty").hidden, "the removal");
+    await until(() => !$("empty").hidden && !$("undo").disabled, "the removal");
     $("undo").click();
     await until(() => view.state.paths && isIdle(), "the picture");
   },

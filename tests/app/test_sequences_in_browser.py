@@ -28,8 +28,8 @@ ALL = bool(os.environ.get("WARPVEC_ALL_SEQUENCES"))
 
 SCRIPT = Path(__file__).with_name("sequences.js").read_text(encoding="utf-8")
 
-BROWSER_GAP = 0.5
-"""Largest difference in dB between what the browser and resvg draw of the logo: edges at about 14 to 45 dB."""
+BROWSER_GAP = 1.0 / 255.0
+"""Largest difference of the root mean square errors of what the browser and resvg draw of the logo: a level."""
 
 SAME_PSNR = 45.0
 """Closeness in dB from which on a saved file is what the page shows."""
@@ -63,7 +63,8 @@ class Sequences:
         found = self.desk.page.evaluate("([model, first]) => undoAll(model, first)", [model, first])
         assert not found["faults"], (steps, found["faults"])
         measured = psnr(self.drawn(found["text"]), self.target)
-        assert abs(measured - found["stated"]) < BROWSER_GAP, (steps, measured, found["stated"])
+        errors = [10.0 ** (-decibels / 20.0) for decibels in (measured, found["stated"])]
+        assert abs(errors[0] - errors[1]) < BROWSER_GAP, (steps, measured, found["stated"])
 
     def begin(self, *files: Path) -> None:
         """Drop files on a page that knows nothing of what was done before."""

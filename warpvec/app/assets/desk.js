@@ -68,6 +68,8 @@ export class Desk {
     for (const button of findAll("[data-format]")) {
       button.addEventListener("click", () => this.save(this.view.drawingText(), button.dataset.format));
     }
+    find("save-for").addEventListener("click", () => this.save(this.view.drawingText(), this.saver.use.kind, this.saver.use.purpose));
+    find("purpose").addEventListener("change", () => this.refresh());
     connectDropping((files) => this.add(files), (words) => this.view.say(words));
     document.addEventListener("change", () => this.memory.note(this)); // boxes are no part of a drawing
     addEventListener("beforeunload", (event) => {
@@ -100,7 +102,7 @@ export class Desk {
     try {
       const opened = picture.drawing && (await read(picture, this.server));
       await this.upload(picture);
-      if (opened) take(picture, opened);
+      if (opened) await take(picture, opened, this.server);
     } catch (error) {
       Object.assign(picture, { status: "failed", message: error.message });
       if (!this.current || this.current.status === "failed") this.current = picture; // so that its message is seen
@@ -249,7 +251,7 @@ export class Desk {
   // Saving
 
   /** Saves `text`, the drawing that the page shows, or that of a picture that is still being opened. */
-  async save(text, format = "svg") {
+  async save(text, format = "svg", purpose = "") {
     const picture = this.current;
     if (!picture?.newest) {
       this.view.say("There is no drawing to save yet");
@@ -259,7 +261,7 @@ export class Desk {
     const isShown = this.sheet.shows(picture);
     const written = isShown ? this.sheet.exactText(text) : newest;
     await this.attempt(async () => {
-      this.view.say(await this.saver.save(written, name, format, find("png-width").valueAsNumber || 1024));
+      this.view.say(await this.saver.save(written, name, format, find("png-width").valueAsNumber || 1024, purpose));
       if (picture.newest !== newest) return; // there is a newer drawing by now
       picture.isSaved = true;
       if (isShown && this.sheet.shows(picture) && this.view.drawingText() === text) this.view.markSaved();
@@ -292,6 +294,9 @@ export class Desk {
     this.memory.note(this);
     this.making.show();
     const canSave = Boolean(current?.newest);
+    this.saver.showUse();
+    const { kind, purpose } = this.saver.use;
+    find("save-for").disabled = !canSave || (!server.isOnline && (kind !== "svg" || Boolean(purpose)));
     for (const button of findAll("[data-format]")) {
       button.disabled = !canSave || (!server.isOnline && !["svg", "svgz"].includes(button.dataset.format));
     }

@@ -10,6 +10,7 @@ import { Store } from "app/store.js";
 
 // Boxes of the page that no picture has as its own.
 const BOXES = ["keep-edited"];
+const LISTS = ["purpose"];
 
 export class Memory {
   // What was last written of each record: values of which one changes whenever the record does.
@@ -43,7 +44,7 @@ export class Memory {
   restore(desk) {
     const text = this.textOf("desk");
     if (!text) return;
-    const { version, pictures, removed, current, positions, side, boxes } = unpack(text);
+    const { version, pictures, removed, current, positions, side, boxes, chosen } = unpack(text);
     goOnFrom(version);
     const again = (key) => this.pictureOf(key, desk.view);
     desk.pictures = pictures.map(again).filter(Boolean);
@@ -53,6 +54,7 @@ export class Memory {
     showSide(side);
     desk.panel.show(positions, null, null);
     BOXES.forEach((id, i) => (find(id).checked = boxes[i]));
+    LISTS.forEach((id, i) => (find(id).selectedIndex = chosen[i]));
     this.records.clear();
   }
 
@@ -136,6 +138,7 @@ function deskFacts({ pictures, removed, current, panel }) {
     positions: panel.positions,
     side: document.body.dataset.side,
     boxes: BOXES.map((id) => find(id).checked),
+    chosen: LISTS.map((id) => find(id).selectedIndex),
   };
 }
 

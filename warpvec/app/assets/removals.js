@@ -39,6 +39,7 @@ export class Removals {
       else desk.sheet.clear();
     }
     desk.refresh();
+    desk.view.app.panel.request(); // Undo can be used now
     desk.view.say(`Removed ${picture.name}; Undo brings it back`);
   }
 

@@ -32,13 +32,13 @@ export async function read(picture, server) {
 }
 
 /** Gives a picture that the server has the drawing of its file: it is saved already, and has no undo steps. */
-export function take(picture, { svg, text, figures, width, height }) {
+export async function take(picture, { svg, text, figures, width, height }, server) {
   if (Math.abs((width * picture.height) / height - picture.width) > Math.max(1, picture.width / picture.height)) {
     throw new Error(`${picture.drawing.name} does not have the proportions of the picture: drop it alone`);
   }
   const stated = readDrawing(svg).settings ?? {};
   const positions = positionsOf(stated);
-  const result = { svg, text, ...figures, positions };
+  const result = { svg, text, ...figures, ...(await server.measure(picture.id, text)), positions };
   const asked = { positions, edits: "dropped", more: {} };
   Object.assign(picture, { result, positions, asked, mode: stated.mode ?? null, isSaved: true, status: "done" });
 }

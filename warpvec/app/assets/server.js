@@ -161,6 +161,11 @@ export class Server {
     return (await this.ask("POST", "open", file)).json();
   }
 
+  /** Returns {psnr}, the closeness of a drawing to a picture; null if they are equal. */
+  async measure(id, text) {
+    return (await this.ask("POST", `pictures/${id}/measure`, text)).json();
+  }
+
   export(text, options) {
     return this.ask("POST", `export?${new URLSearchParams(options)}`, text);
   }
