@@ -9,8 +9,10 @@ Paths are counted from the lowest, which is 0, as in ``drawing.scene``. Lengths 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -21,8 +23,9 @@ from warpvec.checks import show
 from warpvec.config.palette import parse_palette
 from warpvec.drawing.drawing import Drawing
 from warpvec.errors import InputError
-from warpvec.flat.color_layers.layering import layered
+from warpvec.flat.color_layers.layering import color_name, layered
 from warpvec.flat.cutting.simple_outlines import with_simple_outlines
+from warpvec.geometry.fewer_nodes import with_fewer_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.modes.flat import without_overlaps
 from warpvec.svg.write import hex_colors
@@ -62,7 +65,14 @@ def recolour(drawing: Drawing, old: str, new: str) -> Drawing:
     scene = replace(scene, color=changed(scene.color), gradients=gradients, background=background)
     if not any(found):
         raise InputError("old", "must be a colour of the drawing", before, f"it has {_listed(drawing)}")
-    return _with_scene(drawing, scene)
+    return _renamed(_with_scene(drawing, scene), before, after)
+
+
+def _renamed(drawing: Drawing, before: str, after: Tensor) -> Drawing:
+    """Return ``drawing`` with the name of the colour ``after`` for layers that are called after the code ``before``."""
+    name, known = color_name(after.double().numpy()), drawing.encoding.layer_names
+    names = known and {level: re.sub(rf"^[a-z ]+ {before}", name, each) for level, each in known.items()}
+    return replace(drawing, encoding=replace(drawing.encoding, layer_names=names))
 
 
 def delete(drawing: Drawing, paths: Paths) -> Drawing:
@@ -98,7 +108,14 @@ def simplify(drawing: Drawing, paths: Paths, tolerance: float = 0.5) -> Drawing:
     """
     if not 0.0 < tolerance < float("inf"):
         raise InputError("tolerance", "must be above 0 and finite", repr(tolerance), "0.5 is half a pixel")
-    raise NotImplementedError
+    rows, scene = _rows(drawing, paths), drawing.scene.cpu()
+    own = [scene.select(torch.tensor([row])) for row in range(len(scene))]
+    is_form = torch.zeros(len(scene), dtype=torch.bool) if scene.forms is None else scene.forms.is_form
+    changed = (rows & ~is_form).tolist()
+    parts = [
+        with_fewer_nodes(one, tolerance) if is_changed else one for one, is_changed in zip(own, changed, strict=True)
+    ]
+    return _with_scene(drawing, reduce(Scene.joined, parts))
 
 
 def cut_out(drawing: Drawing, watch: Watch = UNWATCHED) -> Drawing:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,11 @@ def write_discs(path: Path) -> Path:
     return path
 
 
+def undated(data: bytes) -> bytes:
+    """Return the bytes of a file without the time at which it was made."""
+    return re.sub(rb"CreationDate[^\n]*", b"", data)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pdf", "eps", "dxf", "png", "svg", "xml", "jsx"])
 @pytest.mark.parametrize("write", [write_shadow, write_discs])
@@ -44,7 +50,7 @@ def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(write,
     out = tmp_path / f"drawing.{kind}"
     said = invoke("run", str(source), str(out), "--soft", soft).output
     made = encode(text, kind)
-    assert made.data == out.read_bytes()
+    assert undated(made.data) == undated(out.read_bytes())
     stated = [line for line in said.splitlines() if line.startswith(("for ", "not kept in "))]
     assert made.losses == stated
     assert bool(stated) == (write is write_shadow and kind in ("pdf", "eps", "dxf", "xml"))
