@@ -44,7 +44,7 @@ def undated(data: bytes) -> bytes:
 def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(write, kind: str, tmp_path: Path) -> None:
     pytest.importorskip("cairosvg")
     pytest.importorskip("ezdxf")
-    source, soft = write(tmp_path / "drawing.png"), "auto"
+    source, soft = write(tmp_path / "picture.png"), "auto"
     invoke("run", str(source), str(tmp_path / "drawing.svg"), "--soft", soft)
     text = (tmp_path / "drawing.svg").read_text()
     out = tmp_path / f"drawing.{kind}"
