@@ -128,7 +128,7 @@ const STEPS = {
 
 async function look(model) {
   await frames();
-  const shown = ["summary", "shown-psnr", "figures"];
+  const shown = ["summary", "shown-psnr", "figures", "fit-figures"];
   const isMeasured = (id) => /dB/.test($(id).textContent) && !/measuring/.test($(id).textContent);
   await until(() => shown.every(isMeasured), "figures");
   for (const edit of EDITS) {
@@ -137,8 +137,8 @@ async function look(model) {
   }
   const states = { control: $("set-cutout").checked, drawing: Boolean(app.drawing.settings.cutout), model: model.isCut };
   if (new Set(Object.values(states)).size > 1) model.faults.push(`cut out: ${JSON.stringify(states)}`);
-  const numbers = [...shown, "fit-figures"].map((id) => $(id).textContent.match(/[\d.∞]+ dB/)?.[0]);
-  if (new Set(numbers).size > 1) model.faults.push(`figures differ: ${numbers}`);
+  const numbers = shown.map((id) => $(id).textContent.match(/[\d.∞]+ dB/)?.[0]);
+  if (new Set(numbers).size > 1) model.faults.push(`figures differ: ${numbers} ${JSON.stringify(view.figures)} ${view.isEdited} ${JSON.stringify(view.facts.figures)} ${$("fit-figures").textContent}`);
   if (!$("proposal").hidden) model.faults.push($("proposal-text").textContent);
 }
 

@@ -54,7 +54,7 @@ export class Memory {
     showSide(side);
     desk.panel.show(positions, null, null);
     BOXES.forEach((id, i) => (find(id).checked = boxes[i]));
-    LISTS.forEach((id, i) => (find(id).selectedIndex = chosen[i]));
+    LISTS.forEach((id, i) => (find(id).selectedIndex = chosen[i] ?? 0));
     this.records.clear();
   }
 
