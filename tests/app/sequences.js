@@ -138,7 +138,7 @@ async function look(model) {
   const states = { control: $("set-cutout").checked, drawing: Boolean(app.drawing.settings.cutout), model: model.isCut };
   if (new Set(Object.values(states)).size > 1) model.faults.push(`cut out: ${JSON.stringify(states)}`);
   const numbers = shown.map((id) => $(id).textContent.match(/[\d.∞]+ dB/)?.[0]);
-  if (new Set(numbers).size > 1) model.faults.push(`figures differ: ${numbers} ${JSON.stringify(view.figures)} ${view.isEdited} ${JSON.stringify(view.facts.figures)} ${$("fit-figures").textContent}`);
+  if (new Set(numbers).size > 1) model.faults.push(`figures differ: ${numbers} of ${JSON.stringify(view.facts.figures)}`);
   if (!$("proposal").hidden) model.faults.push($("proposal-text").textContent);
 }
 

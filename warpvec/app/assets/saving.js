@@ -35,6 +35,7 @@ export class Saver {
   showUse() {
     const { kind, help } = this.use;
     setText("purpose-text", help);
+    find("save-for").title = help;
     setText("save-for", `Save ${kind === "jsx" || kind === "xml" ? kind : kind.toUpperCase()}`);
   }
 
