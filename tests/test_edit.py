@@ -79,3 +79,10 @@ def test_a_drawing_that_is_cut_out_has_no_overlaps_and_looks_the_same(result: wa
     alone = drawn(replace(cut, scene=lower, given=None).text)
     assert np.allclose(alone[30, 52], 1.0)  # nothing of the orange disc lies below the red one
     assert cut.encoding.settings.cutout
+
+
+def test_a_stroke_that_is_cut_out_is_its_outline() -> None:
+    text = """<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><path fill="#00f" d="M10 10h40v40h-40z"/>
+<path fill="none" stroke="#f00" stroke-width="6" d="M5 30h80"/></svg>"""
+    result = warpvec.refine(draw(text, 90, 60), text, iterations=0)
+    assert psnr(drawn(warpvec.edit.cut_out(result.drawing).text), drawn(text)) > 40.0

@@ -28,6 +28,7 @@ from warpvec.flat.cutting.simple_outlines import with_simple_outlines
 from warpvec.geometry.fewer_nodes import with_fewer_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.modes.flat import without_overlaps
+from warpvec.svg.stroke_outlines import without_strokes
 from warpvec.svg.write import hex_colors
 from warpvec.watch.watch import UNWATCHED, Watch
 
@@ -121,7 +122,7 @@ def simplify(drawing: Drawing, paths: Paths, tolerance: float = 0.5) -> Drawing:
 def cut_out(drawing: Drawing, watch: Watch = UNWATCHED) -> Drawing:
     """Return ``drawing`` without overlaps, for cutting: neighbours share the very same edge.
 
-    What is white on a white background is left out; see `warpvec.flat.cutting.cutout.cut_out`.
+    Strokes become their outlines. What is white on a white background is left out; see `warpvec.flat.cutting.cutout.cut_out`.
 
     Args:
         drawing: the drawing.
@@ -129,7 +130,8 @@ def cut_out(drawing: Drawing, watch: Watch = UNWATCHED) -> Drawing:
     """
     encoding = replace(drawing.encoding, keeps_paths=True)
     picture = encoding.picture
-    scene, left_out = without_overlaps(drawing.scene.cpu().scaled(*picture.reduction), encoding, watch)
+    whole = without_strokes(drawing.scene.cpu().outlined()).scaled(*picture.reduction)
+    scene, left_out = without_overlaps(whole, encoding, watch)
     scene, names = layered(scene, *picture.reduced_size, joins_shades=False)
     metadata = encoding.metadata and {**encoding.metadata, "cutout": True}
     settings = replace(encoding.settings, cutout=True)
