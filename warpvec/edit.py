@@ -20,6 +20,7 @@ import torch
 from torch import Tensor
 
 from warpvec.checks import show
+from warpvec.config.fit_config import SETTINGS
 from warpvec.config.palette import parse_palette
 from warpvec.drawing.drawing import Drawing
 from warpvec.errors import InputError
@@ -122,7 +123,8 @@ def simplify(drawing: Drawing, paths: Paths, tolerance: float = 0.5) -> Drawing:
 def cut_out(drawing: Drawing, watch: Watch = UNWATCHED) -> Drawing:
     """Return ``drawing`` without overlaps, for cutting: neighbours share the very same edge.
 
-    Strokes become their outlines. What is white on a white background is left out; see `warpvec.flat.cutting.cutout.cut_out`.
+    Strokes become their outlines. What is white on a white background is left out; see
+    `warpvec.flat.cutting.cutout.cut_out`.
 
     Args:
         drawing: the drawing.
@@ -134,7 +136,9 @@ def cut_out(drawing: Drawing, watch: Watch = UNWATCHED) -> Drawing:
     scene, left_out = without_overlaps(whole, encoding, watch)
     scene, names = layered(scene, *picture.reduced_size, joins_shades=False)
     metadata = encoding.metadata and {**encoding.metadata, "cutout": True}
-    settings = replace(encoding.settings, cutout=True)
+    settings = encoding.settings
+    if settings.mode in SETTINGS["cutout"].modes:  # refined drawings have that of photos
+        settings = replace(settings, cutout=True)
     more: dict[str, Any] = {"layer_names": names, "simplify": with_simple_outlines}
     return Drawing.of(scene, replace(encoding, settings=settings, metadata=metadata, **more), "cpu", left_out=left_out)
 
