@@ -106,7 +106,7 @@ class Sequences:
         return draw_like(text.encode(), self.target)
 
     def close(self) -> None:
-        """Close the tab. That requests failed is no fault of the page: there was no server, or it had no pictures yet."""
+        """Close the tab. Requests may have failed: there was no server, or it had no pictures yet."""
         self.desk.page.close()
         notes = ("ERR_", "reset", "RESET", "status of 404")
         faults = [text for text in self.desk.complaints if not any(note in text for note in notes)]
