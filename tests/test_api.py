@@ -127,3 +127,17 @@ def test_tiny_and_one_coloured_images_work(shape: tuple[int, int]) -> None:
     result = warpvec.vectorize(photo, curves=4, iterations=20)
     drawing = draw(result.svg(), shape[1], shape[0])
     assert np.abs(drawing.astype(int) - 51).max() <= 3
+
+
+def test_a_drawing_with_gradients_of_many_stops_is_refined_to_more_paths() -> None:
+    text = """<svg xmlns="http://www.w3.org/2000/svg" width="48" height="32"><defs>
+<linearGradient id="a" gradientUnits="userSpaceOnUse" x1="0" y1="0" x2="48" y2="0"><stop offset="0" stop-color="#000"/>
+<stop offset=".3" stop-color="#f00" stop-opacity=".5"/><stop offset="1" stop-color="#fff"/></linearGradient></defs>
+<path fill="url(#a)" d="M4 4h40v24h-40z"/></svg>"""
+    result = warpvec.refine(draw(text, 48, 32), text, curves=3, iterations=4)
+    assert 1 <= len(result.scene) <= 3 and "linearGradient" in result.svg()
+
+
+def test_what_is_no_scene_is_refused_in_one_line() -> None:
+    with pytest.raises(warpvec.InputError, match=r"^scene must be a warpvec\.Scene, got str"):
+        warpvec.render("x")  # type: ignore[arg-type]

@@ -25,6 +25,7 @@ _MODULES = {
     "refine": "api",
     "placeholder": "placeholders.placeholder",
     "Result": "result",
+    "edit": "edit",
 }
 
 __all__ = ["__version__", *_MODULES]
@@ -33,7 +34,8 @@ __all__ = ["__version__", *_MODULES]
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module 'warpvec' has no attribute {name!r}")
-    return getattr(import_module(f"warpvec.{_MODULES[name]}"), name)
+    module = import_module(f"warpvec.{_MODULES[name]}")
+    return module if name == _MODULES[name] else getattr(module, name)
 
 
 def __dir__() -> list[str]:

@@ -1,5 +1,6 @@
 """The types of the public names, which `warpvec/__init__.py` loads when they are first used."""
 
+from warpvec import edit as edit
 from warpvec.api import refine as refine
 from warpvec.api import vectorize as vectorize
 from warpvec.config.fit_config import FitConfig as FitConfig

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from base64 import b64encode
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from typing import Any
@@ -70,6 +70,10 @@ class Result:
         data = b64encode(self.svg().encode()).decode()
         picture = f'<img src="data:image/svg+xml;base64,{data}" width="{self.picture.width}" style="max-width:100%">'
         return f"{picture}<br><small>{escape(repr(self))}</small>"
+
+    def with_drawing(self, drawing: Drawing) -> Result:
+        """Return the result with another ``drawing`` of the same picture, such as one of `warpvec.edit`."""
+        return replace(self, drawing=drawing)
 
     @property
     def encoding(self) -> Encoding:

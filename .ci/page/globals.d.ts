@@ -5,5 +5,8 @@ interface Window {
     fitAgain?: (text: string, locked: number[]) => void;
     save?: (text: string) => void;
     reshape?: (to: string, texts: string[]) => Promise<{ svg?: string; distance?: number; refused?: string }[]>;
+    undo?: () => boolean;
+    canUndo?: () => boolean;
+    isKept?: () => boolean;
   };
 }

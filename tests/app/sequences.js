@@ -1,6 +1,6 @@
 /* Does what a user does on the page, step after step, and looks after each step for what must always hold.
  *
- * Call `run(steps)` with some of STEPS. It returns what was wrong, as sentences. The shapes that it edits are those of
+ * Call `takeStep` for each of some of STEPS, and `undoAll` at the end, which returns what was wrong, as sentences. The shapes that it edits are those of
  * `quick_desk.py`. Every edit is of another shape, so that a model of the undo list says which edits must be seen. */
 
 const $ = (id) => document.getElementById(id);
@@ -48,7 +48,7 @@ const isIdle = () => $("stop").disabled && !view.state.live && !/Starting|Drawin
 async function until(isTrue, what) {
   const end = performance.now() + 60_000;
   while (!isTrue()) {
-    if (performance.now() > end) throw new Error(`waited for ${what} in vain`);
+    if (performance.now() > end) throw new Error(`waited for ${what} in vain: ${$("fit-status").textContent}, ${JSON.stringify(view.state)}`);
     await pause(5);
   }
 }
@@ -61,36 +61,32 @@ async function fitting(act) {
   await until(isIdle, "the end of a fit");
 }
 
-class Model {
-  done = [];
-  undone = [];
-  isCut = false;
+/** What the user has done, as plain data that outlives the page: the commands done and undone, the edits that the drawing
+ * had when it was opened, whether it is cut out, and what was wrong. */
+const newModel = () => ({ done: [], undone: [], opened: [], isCut: false, faults: [] });
 
-  push(command) {
-    this.done.push({ ...command, cutBefore: this.isCut });
-    this.undone = [];
-    if ("isCut" in command) this.isCut = command.isCut;
-  }
-
-  get edits() {
-    return new Set(this.done.flatMap(({ edit }) => edit ?? []));
-  }
+function push(model, command) {
+  model.done.push({ ...command, cutBefore: model.isCut });
+  model.undone = [];
+  if ("isCut" in command) model.isCut = command.isCut;
 }
+
+const editsIn = ({ done, opened }) => new Set([...opened, ...done.flatMap(({ edit }) => edit ?? [])]);
 
 const STEPS = {
   setting: async (model) => {
     await fitting(() => $("set-cutout").click());
-    model.push({ isCut: !model.isCut });
+    push(model, { isCut: !model.isCut });
   },
   fit: async (model) => {
     await fitting(() => $("fit-again").click());
-    model.push({});
+    push(model, {});
   },
   edit: async (model) => {
-    const edit = EDITS.find((each) => !model.edits.has(each));
+    const edit = EDITS.find(({ name }) => !editsIn(model).has(name));
     if (!edit) return;
     edit.make();
-    model.push({ edit });
+    push(model, { edit: edit.name });
   },
   undo: async (model) => {
     $("undo").click();
@@ -106,6 +102,14 @@ const STEPS = {
     model.done.push(command);
     model.isCut = command.cutAfter;
   },
+  // Undo brings the picture back.
+  x: async () => {
+    $("pictures").querySelector("button:not(.open)").click();
+    if ($("removal").open) $("removal-yes").click();
+    await until(() => !$("empty").hidden && !$("undo").disabled, "the removal");
+    $("undo").click();
+    await until(() => view.state.paths && isIdle(), "the picture");
+  },
   // A fit that is stopped has a result, or none if it had not begun: then the settings go back.
   stop: async (model) => {
     const count = app.commands.done.length;
@@ -118,36 +122,41 @@ const STEPS = {
         if (!$("fit-status").textContent.startsWith("Stopping")) model.faults.push("Stop does not say so at once");
       }, 1);
     });
-    if (app.commands.done.length > count) model.push({ isCut: !model.isCut });
+    if (app.commands.done.length > count) push(model, { isCut: !model.isCut });
   },
 };
 
 async function look(model) {
   await frames();
-  await until(() => !/measuring/.test($("summary").textContent + $("shown-psnr").textContent), "figures");
+  const shown = ["summary", "shown-psnr", "figures", "fit-figures"];
+  const isMeasured = (id) => /dB/.test($(id).textContent) && !/measuring/.test($(id).textContent);
+  await until(() => shown.every(isMeasured), "figures");
   for (const edit of EDITS) {
-    if (edit.isSeen() !== model.edits.has(edit)) model.faults.push(`${edit.name}: ${model.edits.has(edit) ? "lost" : "not undone"}`);
+    const isMade = editsIn(model).has(edit.name);
+    if (edit.isSeen() !== isMade) model.faults.push(`${edit.name}: ${isMade ? "lost" : "not undone"}`);
   }
   const states = { control: $("set-cutout").checked, drawing: Boolean(app.drawing.settings.cutout), model: model.isCut };
   if (new Set(Object.values(states)).size > 1) model.faults.push(`cut out: ${JSON.stringify(states)}`);
-  const numbers = ["summary", "shown-psnr", "figures", "fit-figures"].map((id) => $(id).textContent.match(/[\d.∞]+ dB/)?.[0]);
-  if (new Set(numbers).size > 1) model.faults.push(`figures differ: ${numbers}`);
+  const numbers = shown.map((id) => $(id).textContent.match(/[\d.∞]+ dB/)?.[0]);
+  if (new Set(numbers).size > 1) model.faults.push(`figures differ: ${numbers} of ${JSON.stringify(view.facts.figures)}`);
   if (!$("proposal").hidden) model.faults.push($("proposal-text").textContent);
 }
 
-window.run = async (steps) => {
-  const model = new Model();
-  model.faults = [];
-  const first = view.drawingText();
-  for (const [i, step] of steps.entries()) {
-    await STEPS[step](model);
-    const known = model.faults.length;
-    await look(model);
-    model.faults = model.faults.map((fault, at) => (at < known ? fault : `after step ${i + 1}, ${step}: ${fault}`));
-  }
+/** Does a step, unless it is one of the test's own, and returns what has been done since the first one. */
+window.takeStep = async (step, model = newModel()) => {
+  await until(() => view.state.paths && isIdle(), "a drawing"); // the page may have been loaded again
+  const known = model.faults.length;
+  await STEPS[step]?.(model);
+  await look(model);
+  model.faults = model.faults.map((fault, i) => (i < known ? fault : `${step}: ${fault}`));
+  return model;
+};
+
+/** Undoes all and returns what was wrong, with the text and the stated closeness of the drawing before. */
+window.undoAll = async (model, first) => {
   const stated = parseFloat($("summary").textContent.match(/([\d.]+) dB/)[1]);
   const text = view.drawingText();
-  while (!$("undo").disabled) {
+  while (app.commands.done.length) {
     await STEPS.undo(model);
     await frames();
   }

@@ -83,7 +83,7 @@ def test_a_logo_becomes_clean_shapes(desk: DeskPage, tmp_path: Path, transparent
     # Without overlaps: as the command's --cutout.
     with desk.fitting():
         desk.page.locator("#set-cutout").check()
-    assert file_psnr(desk.save(), source) > 30
+    assert file_psnr(desk.save(), source) > 29  # a shadow is cut along its outline
 
 
 def test_broken_files_are_named_and_harm_nothing(desk: DeskPage, tmp_path: Path, photo: Path) -> None:

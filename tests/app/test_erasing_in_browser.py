@@ -47,16 +47,18 @@ def test_the_user_decides_about_edits_that_a_new_drawing_has_no_place_for(
     page = desk.page
     desk.drop(write_logo(tmp_path / "logo.png"))
     desk.wait_for_status("done")
+    with desk.fitting():
+        page.locator("#set-cutout").check()
     desk.click(40, 70)
     page.keyboard.press("Control+g")
     page.keyboard.press("Delete")
-    page.locator("#set-cutout").check()
+    page.locator("#set-cutout").uncheck()
     page.locator("#proposal").wait_for()
     assert "arrangement of layers" in page.inner_text("#proposal-text")
-    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == (WHITE, False)
+    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == (WHITE, True)
     page.locator(f"#{choice}").click()
     assert page.locator("#proposal").is_hidden()
-    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == (WHITE, choice == "take-new")
+    assert (desk.color(40, 70), page.is_checked("#set-cutout")) == (WHITE, choice == "keep-mine")
     page.keyboard.press("Control+z")
-    assert page.is_checked("#set-cutout") is False
+    assert page.is_checked("#set-cutout") is True
     desk.close()

@@ -43,7 +43,8 @@ def test_a_recoloured_layer_stays_locked_and_hidden_and_is_not_fitted(
     with desk.fitting():
         page.locator("#set-cutout").check()
     expected = {
-        "orange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False], "goldenrod": [False, False],
+        "darkorange": [True, True], "darkslateblue": [True, False], "firebrick": [True, False],
+        "goldenrod": [False, False],
     }  # fmt: skip
     wait_for_states(desk, expected)
     page.evaluate("() => { window.sent = null; window.desk.fitAgain = (text, locked) => { window.sent = locked; }; }")

@@ -40,7 +40,7 @@ def test_a_laser_cuts_an_edge_of_two_parts_once() -> None:
     two = f'{HEAD}<path fill="#f00" d="M10 10h20v30h-20z"/><path fill="#00f" d="M30 10h20v30h-20z"/></svg>'
     lengths = {}
     for kind in ("dxf", "cut.dxf"):
-        lines = ezdxf.read(StringIO(encode(two, kind).decode())).modelspace().query("LWPOLYLINE LINE")
+        lines = ezdxf.read(StringIO(encode(two, kind).data.decode())).modelspace().query("LWPOLYLINE LINE")
         points = (np.array([place.vec2 for place in path.make_path(each).flattening(0.1)]) for each in lines)
         lengths[kind] = sum(float(np.hypot(*np.diff(each, axis=0).T).sum()) for each in points)
     assert lengths == pytest.approx({"dxf": 200.0, "cut.dxf": 170.0}, abs=0.01)

@@ -190,7 +190,7 @@ def test_what_is_no_picture_is_named(desk: DeskPage, tmp_path: Path) -> None:
         transfer.items.add(new File(["words"], "words.txt", { type: "text/plain" }));
         document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
     }""")
-    assert "This is not a picture" in desk.page.inner_text("#message")
+    assert "This is neither a picture nor an SVG" in desk.page.inner_text("#message")
     desk.page.evaluate("""() => {
         const item = { webkitGetAsEntry: () => ({ isDirectory: true }) };
         const drop = new Event("drop", { bubbles: true, cancelable: true });

@@ -11,6 +11,7 @@ from desk_browser import DeskPage, desk_fixture, desk_server_fixture  # noqa: F4
 from desk_hands import HANDS, press
 from logo import logo
 from PIL import Image
+from quick_desk import write_logo
 
 from warpvec.image.metrics import psnr
 from warpvec.image.read import read_image
@@ -267,3 +268,21 @@ def test_a_scan_loses_its_paper_and_becomes_a_pdf(desk: DeskPage, tmp_path: Path
     saved = hand.save("svg").read_text()
     assert 'id="background"' not in saved
     assert hand.save("pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize(("label", "button", "start"), [
+    ("My cutter or laser", "Save DXF", b"  0\nSECTION"),
+    ("An Android app", "Save xml", b"<vector xmlns:android"),
+    ("Cricut", "Save SVG", b"<?xml"),
+])  # fmt: skip
+def test_a_file_is_saved_for_what_it_is_for(
+    desk: DeskPage, tmp_path: Path, label: str, button: str, start: bytes
+) -> None:
+    pytest.importorskip("ezdxf")
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    desk.wait_for_status("done")
+    desk.page.get_by_label("For", exact=True).select_option(label=label)
+    with desk.page.expect_download() as download:
+        desk.page.get_by_role("button", name=button, exact=True).last.click()
+    assert Path(download.value.path()).read_bytes().replace(b"\r", b"").startswith(start)
+    assert desk.page.inner_text("#message").startswith("Saved logo.")

@@ -72,6 +72,11 @@ class DeskServer:
         self.process.stderr.close()
         return code
 
+    def restart(self) -> None:
+        """Kill the server, and start it again."""
+        self.end(signal.SIGKILL)
+        self.start()
+
     def children(self) -> list[int]:
         """Return the processes that the server has started."""
         path = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children")

@@ -66,7 +66,7 @@ class QuickWorker:
             self.report(kind, message.number, {**self.found, "stopped": True} if kind == "done" else {})
             return
         self.found = self.answer(message)
-        frame = {**self.found, "iteration": 1, "iterations": 2, "paths": 1, "left": 1.0}
+        frame: dict[str, Any] = {**self.found, "iteration": 1, "iterations": 2, "paths": 1, "left": 1.0}
         del frame["mode"]
         reason = "it has few colours" if message.settings.mode == "auto" else None
         mode = {"mode": "flat", "reason": reason, "width": 240, "height": 160}
@@ -80,6 +80,8 @@ class QuickWorker:
 
     def answer(self, job: FitJob) -> dict[str, Any]:
         """Return the facts of the drawing for a job."""
+        if job.cuts:
+            return run_job(job, lambda kind, facts: None, Watch(), 1)
         if job.start is None or not job.keeps_paths:
             return self.drawing(bool(job.settings.values["cutout"]), job)
         target = read_image(job.data)
@@ -115,7 +117,17 @@ class QuickServer:
     """The server in a thread of the test; see `desk_browser.DeskServer`."""
 
     def __init__(self) -> None:
-        listener = open_socket(0)
+        self.port = 0
+        self.start()
+
+    def restart(self) -> None:
+        """End the server, and start another one on the same port, which knows nothing of the pages."""
+        self.end()
+        self.start()
+
+    def start(self) -> None:
+        """Start the server, and wait for its address."""
+        listener = open_socket(self.port)
         self.port = listener.getsockname()[1]
         self._signals, started = _Signals(), threading.Event()
 

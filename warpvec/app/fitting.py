@@ -15,8 +15,9 @@ from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.presets import make_config
 from warpvec.drawing.drawing import Drawing
-from warpvec.drawing.given import place_on_picture, read_drawing
+from warpvec.drawing.given import encoding_like, place_on_picture, read_drawing
 from warpvec.drawing.not_kept import not_kept
+from warpvec.edit import cut_out
 from warpvec.goals.search import within_limit
 from warpvec.image.read import read_image
 from warpvec.modes.choice import chosen_mode, draw_picture
@@ -40,6 +41,9 @@ SHORT_UNITS = 2
 """Units per pixel from which on a drawing has the short form that a goal in bytes asks for. That form has whole numbers
 for coordinates, mostly in several units per pixel. Other drawings have one unit per pixel: 2 is the least that tells
 them apart. *Fit again* keeps the units of a short drawing, as decimals would double the file."""
+
+LOST_BY_CUTTING = ("translucency", "softness")
+"""What a drawing may lose when it is cut; see `warpvec.drawing.not_kept`."""
 
 
 def run_job(
@@ -71,6 +75,8 @@ def run_job(
     hole = None if job.erased is None else hole_of(pixels, job.erased)
     if hole is not None:
         pixels = erase(pixels, hole)
+    if job.start is not None and job.cuts:
+        return _cut_facts(job, given, watch)
     if job.start is not None and job.keeps_paths:
         if job.before is not None:
             pixels = wanted_picture(pixels, job.before, job.start, hole)
@@ -88,6 +94,19 @@ def run_job(
         kind = {"mode": result.config.mode, "reason": drawing.mode_reason}
         report("mode", {**kind, "width": width, "height": height})
     return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
+
+
+def _cut_facts(job: FitJob, pixels: NDArray[np.float32], watch: Watch) -> dict[str, Any]:
+    """Return the facts of the drawing of the job without overlaps. What was lost before is not said again."""
+    assert job.start is not None
+    data = job.start.encode()
+    given, request = read_drawing(data), _request(job, pixels, job.settings.config("flat"), watch)
+    encoding = encoding_like(given, data, request.encoding.of_drawing())
+    encoding = replace(encoding, title=request.picture.title, metadata=None)
+    start = place_on_picture(given, request.picture).scaled(*request.picture.reduction)
+    drawing = cut_out(Drawing.of(start, encoding, "cpu"), watch)
+    lost = [words for name, words in not_kept(drawing).items() if name in LOST_BY_CUTTING]
+    return {**result_facts(Result(drawing, watch.facts())), "not_kept": lost}
 
 
 def _request(job: FitJob, pixels: NDArray[np.float32], config: FitConfig, watch: Watch) -> Request:

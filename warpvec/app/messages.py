@@ -23,6 +23,7 @@ class FitJob:
         erased: SVG text whose shapes are taken out of the picture before the fit; None for none.
         filled: those of them that new paths of a photo are to fill; None for none.
         keeps_paths: fit the paths of ``start`` again, and add none but those.
+        cuts: take the overlaps out of ``start``, and change nothing else.
         done_share: share of a whole fit that ``start`` has had, from 0 to 1.
     """
 
@@ -36,6 +37,7 @@ class FitJob:
     erased: str | None = field(default=None, repr=False)
     filled: str | None = field(default=None, repr=False)
     keeps_paths: bool = False
+    cuts: bool = False
     done_share: float = 0.0
 
 

@@ -6,20 +6,23 @@ POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&name=    a picture's file in the body -> its facts
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths}: fit it, or go on
+POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it, or go on
+POST   /pictures/ID/measure     SVG text in the body -> its closeness to the picture
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
 GET    /folder                  names of the pictures in the folder of the server
 GET    /folder/NAME             one of them
 POST   /reshape?to=             {shapes: SVG texts of one shape each} -> the same shapes in other words, or what is left
 POST   /cut?machine=            SVG text in the body -> its size, and what will go wrong on the machine
-POST   /export?format=&width=&transparent=&name=&to=   SVG text in the body -> a file, or its name in the folder
+POST   /open                    the file of an SVG in the body -> its drawing for the page, its text, size and figures
+POST   /export?format=&width=&transparent=&name=&for=&to=   SVG text in the body -> a file, or its name in the folder
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import math
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -40,7 +43,10 @@ from warpvec.errors import InputError
 from warpvec.image.picture import reduce_image
 from warpvec.image.read import read_image
 from warpvec.image.write import png_bytes, to_8_bits
-from warpvec.viewer.page import PAGE_PHOTO_SIDE
+from warpvec.svg.document import read_text
+from warpvec.svg.measure import file_quality
+from warpvec.viewer.page import PAGE_PHOTO_SIDE, page_data
+from warpvec.writers.png import drawing_size
 
 MAX_PICTURE_BYTES = 2**28
 """Largest picture file: 256 MiB, those of 50 megapixels with room. The command reads larger ones, with less memory."""
@@ -76,12 +82,14 @@ class Routes:
             Route("/pictures", self.add, methods=["POST"]),
             Route("/pictures/{id}/preview", self.preview),
             Route("/pictures/{id}/fit", self.fit, methods=["POST"]),
+            Route("/pictures/{id}/measure", self.measure, methods=["POST"]),
             Route("/pictures/{id}/stop", self.stop, methods=["POST"]),
             Route("/pictures/{id}", self.remove, methods=["DELETE"]),
             Route("/folder", self.folder),
             Route("/folder/{name}", self.from_folder),
             Route("/reshape", self.reshape, methods=["POST"]),
             Route("/cut", self.cut, methods=["POST"]),
+            Route("/open", self.open, methods=["POST"]),
             Route("/export", self.export, methods=["POST"]),
         ]
         handlers: dict[Any, Callable[[Request, Exception], Awaitable[Response]]] = {InputError: _wrong_input}
@@ -140,10 +148,15 @@ class Routes:
         texts = {name: asked.get(name) for name in ("start", "before", "erased", "filled")}
         if not all(text is None or _is_text(text) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
-        keeps_paths = asked.get("keepsPaths") is True
-        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), keeps_paths=keeps_paths, **texts)
+        ways = {"keeps_paths": asked.get("keepsPaths") is True, "cuts": asked.get("cuts") is True}
+        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), **ways, **texts)
         assert picture.job is not None
         return JSONResponse({**picture.facts(), "fit": picture.job.number}, 202)
+
+    async def measure(self, request: Request) -> Response:
+        """Return the PSNR of the drawing in the body against a picture."""
+        text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
+        return JSONResponse({"psnr": await asyncio.to_thread(_psnr_of, text, self._picture(request).data)})
 
     async def stop(self, request: Request) -> Response:
         """End the fit of a picture with its best result."""
@@ -187,19 +200,24 @@ class Routes:
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
         return JSONResponse(await asyncio.to_thread(cut_facts, text, request.query_params.get("machine", "")))
 
+    async def open(self, request: Request) -> Response:
+        """Return the drawing of an SVG file of any program."""
+        return JSONResponse(await asyncio.to_thread(_opened, await _body(request, MAX_TEXT_BYTES)))
+
     async def export(self, request: Request) -> Response:
         """Return the drawing in the body as a file of another kind."""
         kind, name = request.query_params.get("format", "svg"), request.query_params.get("name", "drawing")
         text = (await _body(request, MAX_TEXT_BYTES)).decode("utf-8", "replace")
         width, is_clear = request.query_params.get("width"), request.query_params.get("transparent") == "1"
-        data = await asyncio.to_thread(encode, text, kind, _whole(width), name=name, transparent=is_clear)
+        options: dict[str, Any] = {"name": name, "transparent": is_clear, "purpose": request.query_params.get("for")}
+        data, losses = await asyncio.to_thread(encode, text, kind, _whole(width), **options)
         if request.query_params.get("to") != "folder" or self._folder is None:
-            return Response(data, media_type=MEDIA_TYPES[kind])
+            return Response(data, media_type=MEDIA_TYPES[kind], headers={"Warpvec-Losses": json.dumps(losses)})
         try:
             saved = await asyncio.to_thread(save_drawing, self._folder, name, f".{kind}", data)
         except OSError as error:
             raise HTTPException(507, f"the file could not be written ({error.strerror})") from error
-        return JSONResponse({"saved": saved, "bytes": len(data)}, 201)
+        return JSONResponse({"saved": saved, "bytes": len(data), "losses": losses}, 201)
 
     def _picture(self, request: Request) -> PagePicture:
         picture = self._desk.pictures.get(request.path_params["id"])
@@ -282,6 +300,19 @@ def _reshaped(texts: list[str], words: str) -> list[dict[str, Any]]:
     from warpvec.app.reshaping import reshape
 
     return reshape(texts, words)
+
+
+def _opened(data: bytes) -> dict[str, Any]:
+    """Return what the page shows of an SVG file, its text as it is, and its size in pixels."""
+    text = read_text(data)
+    width, height = drawing_size(text)
+    return {**page_data(data, None), "text": text, "width": width, "height": height}
+
+
+def _psnr_of(text: str, data: bytes) -> float | None:
+    """Return the PSNR in dB of a drawing against a picture file; None if they are equal."""
+    psnr = file_quality(text.encode(), read_image(data, name="picture"))["psnr"]
+    return psnr if math.isfinite(psnr) else None
 
 
 def _size_of(data: bytes) -> tuple[int, int]:

@@ -16,6 +16,7 @@ from warpvec.config.presets import PRESETS
 from warpvec.goals.goal import describe
 from warpvec.goals.registry import QUANTITIES
 from warpvec.writers.registry import SVG_SUFFIXES, writer_of
+from warpvec.writers.saved import losses
 
 if TYPE_CHECKING:
     from warpvec.result import Result
@@ -175,10 +176,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("the picture: {condition_words}")
     if metrics.get("not_kept"):
         lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
-    if metrics.get("replaced"):
-        lines.append(f"for {metrics['purpose']}: {'; '.join(metrics['replaced'])}")
-    if metrics.get("soft") and not writer_of(out).draws_blur:
-        lines.append(f"not kept in {writer_of(out).suffix}: the blur of {counted(metrics['soft'], 'soft path')}")
+    purpose, replaced = metrics.get("purpose", "web"), metrics.get("replaced") or []
+    lines += losses(out, purpose, replaced, metrics.get("soft") or 0)
     if "dxf_strokes" in metrics:
         lines.append(f"{counted(metrics['strokes'], 'stroke')} as {_STROKES[metrics['dxf_strokes']]}")
     if metrics.get("soft_reason"):

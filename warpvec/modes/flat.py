@@ -146,7 +146,7 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     """Return the drawing of ``scene``, in pixels of the reduced picture, in layers and, if asked, without overlaps."""
     encoding, left_out = request.encoding.of_drawing(), dict(left_out)
     if request.settings.cutout:
-        scene, more = _without_overlaps(scene, encoding, request.watch)
+        scene, more = without_overlaps(scene, encoding, request.watch)
         left_out |= more
     settings = replace(request.settings, detail=detail)
     # Who asks for colours, or cuts them out of a material each, wants them apart.
@@ -172,7 +172,7 @@ def on_paper(scene: Scene, paper: str) -> Scene:
     return scene
 
 
-def _without_overlaps(scene: Scene, encoding: Encoding, watch: Watch) -> tuple[Scene, dict[str, int]]:
+def without_overlaps(scene: Scene, encoding: Encoding, watch: Watch) -> tuple[Scene, dict[str, int]]:
     """Return ``scene`` without overlaps, with points where the file has ticks, and the number of parts left out."""
     size = encoding.picture.reduced_size
     ticks = [side / whole / 10**encoding.precision for side, whole in zip(size, encoding.size, strict=True)]

@@ -15,6 +15,7 @@ from warpvec.drawing.given import encoding_like, place_on_picture
 from warpvec.errors import InputError
 from warpvec.geometry.joints import with_lines, without_kinds
 from warpvec.geometry.scene import Scene, over_white
+from warpvec.geometry.two_stops import with_two_stops
 from warpvec.goals.goal import Goal, is_auto, settings_and_goal
 from warpvec.goals.registry import QUANTITIES
 from warpvec.goals.search import check_possible
@@ -105,10 +106,10 @@ class Refine:
     def _fitted_on(self, request: Request, start: Scene) -> Drawing:
         """Return the drawing that a fit of a photo makes from ``start``. A goal's search sets the steps by itself.
 
-        Forms become outlines: the fit gives nodes to paths and takes them away.
+        Forms become outlines: the fit gives nodes to paths and takes them away. It moves gradients of two opaque stops.
         """
         start = start.outlined()
-        start = without_strokes(start, self.name)
+        start = with_two_stops(without_strokes(start, self.name))
         if not request.picture.is_transparent:
             start = over_white(start)
         if not request.goal:

@@ -50,8 +50,8 @@ if hasattr(torch.Tag, "cudagraph_unsafe"):
 
 def render(
     scene: Scene,
-    height: int,
-    width: int,
+    height: int = 0,
+    width: int = 0,
     *,
     renderer: str = "exact",
     alpha: bool = False,
@@ -159,6 +159,9 @@ def _image(
     threads: int | None = None,
     **settings: Any,
 ) -> Tensor:
+    if not isinstance(scene, Scene):
+        remedy = "give result.scene, or vectorize the picture first"
+        raise InputError("scene", "must be a warpvec.Scene", type(scene).__name__, remedy)
     height, width = check_count("height", height, 1), check_count("width", width, 1)
     thread_count = 0 if threads is None else check_count("threads", threads, 1, MAX_THREADS)
     inputs = _inputs(scene)

@@ -16,6 +16,17 @@ export function settingsForServer(positions) {
   return Object.fromEntries(CONTROLS.flatMap(valuesOf));
 }
 
+/** Returns the positions of the settings that a file of warpvec states. The mode stays open if the picture decides it. */
+export function positionsOf(stated) {
+  const isOpen = ({ name }) => name === "mode" && ["photo", "flat"].includes(stated.mode);
+  const placeOf = ({ name, values }) => (name in stated ? values.indexOf(stated[name]) : -1);
+  const found = CONTROLS.filter((control) => !isOpen(control)).map(({ name, settings }) => {
+    const places = settings.filter(({ modes }) => modes.includes(stated.mode)).map(placeOf);
+    return /** @type {[string, number]} */ ([name, Math.max(-1, ...places)]);
+  });
+  return { ...DEFAULT_POSITIONS, ...Object.fromEntries(found.filter(([, place]) => place >= 0)) };
+}
+
 /** The controls in the panel; `onChange(positions, name)` is called when one has been moved. */
 export class ControlPanel {
   // The kind of picture that was found, "photo", "flat" or "mono"; null if it is not known yet.

@@ -7,6 +7,8 @@ import { Meeting } from "app/meeting.js";
 import { connectDropping, showSide, showStatus } from "app/parts.js";
 import { PagePicture } from "app/picture.js";
 import { PictureList } from "app/queue.js";
+import { Removals } from "app/removals.js";
+import { pairs, read, take } from "app/reopening.js";
 import { Results } from "app/results.js";
 import { Saver } from "app/saving.js";
 import { Server } from "app/server.js";
@@ -15,18 +17,35 @@ import { Sheet } from "app/sheet.js";
 // Time after the last move of a slider until the fit goes on with it.
 const SETTLE_MS = 250;
 
+/** Tells whether the settings of a picture ask for its drawing, of flat art, without overlaps, and for nothing else.
+ *
+ * @param {any} picture
+ * @param {any} positions those of the drawing */
+function onlyCuts({ positions: wanted, mode, newest }, positions) {
+  if (!newest || !positions || !mode || mode === "photo") return false;
+  const [now, then] = [wanted, positions].map(settingsForServer);
+  const isSame = (name) => now[name] === then[name] || (name === "mode" && ["auto", mode].includes(now.mode));
+  return now.cutout && !then.cutout && Object.keys(now).every((name) => name === "cutout" || isSame(name));
+}
+
 export class Desk {
-  constructor(view) {
+  constructor(view, page, memory) {
     this.view = view;
+    this.memory = memory;
     this.sheet = new Sheet(view);
     this.pictures = [];
     this.current = null;
-    this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.remove(picture));
+    // Those that Undo brings back, and the picture that was shown before the page was loaded again.
+    this.removed = [];
+    this.wanted = null;
+    this.removals = new Removals(this);
+    this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.removals.ask(picture));
     this.results = new Results(this);
     this.meeting = new Meeting(this);
     this.panel = new ControlPanel((positions, name) => this.changeSettings(positions, name));
     const { meeting } = this;
-    this.server = new Server((kind, facts) => this.receive(kind, facts), (isOther) => meeting.lose(isOther), () => meeting.find());
+    this.memory.restore(this);
+    this.server = new Server(page, (kind, facts) => this.receive(kind, facts), (isOther) => meeting.lose(isOther), () => meeting.find());
     this.saver = new Saver(this.server);
     this.making = new MakePanel(this);
     this.connect();
@@ -49,9 +68,12 @@ export class Desk {
     for (const button of findAll("[data-format]")) {
       button.addEventListener("click", () => this.save(this.view.drawingText(), button.dataset.format));
     }
+    find("save-for").addEventListener("click", () => this.save(this.view.drawingText(), this.saver.use.kind, this.saver.use.purpose));
+    find("purpose").addEventListener("change", () => this.refresh());
     connectDropping((files) => this.add(files), (words) => this.view.say(words));
+    document.addEventListener("change", () => this.memory.note(this)); // boxes are no part of a drawing
     addEventListener("beforeunload", (event) => {
-      if (this.pictures.some((picture) => picture.newest && !picture.isSaved)) event.preventDefault();
+      if (!this.memory.isWritten || this.pictures.some((picture) => !this.isSaved(picture))) event.preventDefault();
     });
   }
 
@@ -59,9 +81,9 @@ export class Desk {
 
   /** Takes new pictures; the first of them is shown as soon as it has arrived. */
   add(files) {
-    for (const [i, file] of files.entries()) {
-      const picture = new PagePicture(file.name.replace(/\.[^.]+$/, "") || "picture", file, this.panel.positions);
-      picture.isFirst = i === 0;
+    for (const [i, { name, file, drawing }] of pairs(files).entries()) {
+      const picture = new PagePicture(name, file, this.panel.positions);
+      Object.assign(picture, { drawing, isFirst: i === 0 });
       this.pictures.push(picture);
       this.uploading = (this.uploading ?? Promise.resolve()).then(() => this.begin(picture));
     }
@@ -78,7 +100,9 @@ export class Desk {
   async begin(picture) {
     if (!this.pictures.includes(picture)) return;
     try {
+      const opened = picture.drawing && (await read(picture, this.server));
       await this.upload(picture);
+      if (opened) await take(picture, opened, this.server);
     } catch (error) {
       Object.assign(picture, { status: "failed", message: error.message });
       if (!this.current || this.current.status === "failed") this.current = picture; // so that its message is seen
@@ -86,7 +110,8 @@ export class Desk {
       return;
     }
     if (!this.pictures.includes(picture)) return; // it was removed in the meantime
-    await this.requestFit(picture, {}, "again");
+    if (picture.drawing) picture.drawing = null;
+    else await this.requestFit(picture, {}, "again");
     if (picture.isFirst || !this.current) await this.open(picture);
   }
 
@@ -95,11 +120,18 @@ export class Desk {
     picture.arriving ??= this.server.upload(picture.blob, picture.name);
     try {
       const { id, width, height } = await picture.arriving;
-      Object.assign(picture, { id, width, height, fit: null });
+      // A server that was started again counts its fits anew.
+      Object.assign(picture, { id, width, height, fit: null, lastFit: 0, unwanted: 0 });
     } finally {
       picture.arriving = null;
     }
     if (!this.pictures.includes(picture)) this.forget(picture);
+  }
+
+  /** Returns the address of the server's copy of a picture, which the server may have lost. */
+  async previewUrl(picture) {
+    if (!picture.id) await this.upload(picture);
+    return this.server.previewUrl(picture.id);
   }
 
   forget(picture) {
@@ -110,22 +142,16 @@ export class Desk {
   async open(picture) {
     this.current = picture;
     this.panel.show(picture.positions, picture.mode, picture.reason);
-    const opened = picture.width ? this.sheet.open(picture, this.server.previewUrl(picture.id)) : null;
+    const opened = picture.width ? this.sheet.open(picture, () => this.previewUrl(picture)) : null;
     this.refresh();
     await this.attempt(async () => {
       if ((await opened) && picture.isUnseen) this.results.show(picture);
     });
   }
 
-  async remove(picture) {
-    this.pictures = this.pictures.filter((other) => other !== picture);
-    this.forget(picture);
-    if (this.current === picture) {
-      this.current = null;
-      if (this.pictures.length) await this.open(this.pictures.at(-1));
-      else this.sheet.clear();
-    }
-    this.refresh();
+  /** Tells whether the drawing of a picture has been saved with all edits; also if there is none. */
+  isSaved(picture) {
+    return picture.isClean && !(this.sheet.shows(picture) && this.view.state.edited);
   }
 
   // Fits
@@ -134,25 +160,32 @@ export class Desk {
     this.making.show();
     const picture = this.current;
     if (!picture) return;
-    picture.positions = positions;
-    picture.proposal = "";
+    Object.assign(picture, { positions, moved: name, proposal: "" });
     clearTimeout(picture.timer);
     if (picture.status === "loading") return; // its first fit will have them
-    picture.timer = setTimeout(() => {
-      const { filled, start, ...erased } = this.sheet.present(picture);
-      this.requestFit(picture, name === "mode" ? erased : { start, ...erased }, "again");
-    }, SETTLE_MS);
+    picture.timer = setTimeout(() => this.fitWithSettings(picture), SETTLE_MS);
+  }
+
+  /** Lets the drawing follow its settings; if these only ask to cut it out, then the drawing itself, with its edits. */
+  fitWithSettings(picture) {
+    if (this.sheet.shows(picture) && onlyCuts(picture, this.view.facts.positions)) {
+      this.view.app.endKeys();
+      const start = this.sheet.exactText(this.view.shownText());
+      return this.requestFit(picture, { start, cuts: true }, "included");
+    }
+    const { filled, start, ...erased } = this.sheet.present(picture);
+    return this.requestFit(picture, picture.moved === "mode" ? erased : { start, ...erased }, "again");
   }
 
   async requestFit(picture, more, edits = picture?.asked.edits) {
     if (!picture) return;
     clearTimeout(picture.timer);
-    Object.assign(picture, { proposal: "", isStopping: false, asked: { positions: picture.positions, edits } });
+    Object.assign(picture, { proposal: "", isStopping: false, moved: null, asked: { positions: picture.positions, edits, more } });
     // The result of the fit before, if it is on its way, is not wanted any more.
     picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
     const settings = settingsForServer(picture.positions);
     // Its own drawing has shown what the picture is: a look at the picture alone may say otherwise.
-    if (more.keepsPaths && picture.mode) settings.mode = picture.mode;
+    if ((more.keepsPaths || more.cuts) && picture.mode) settings.mode = picture.mode;
     const request = { settings, ...more };
     await this.attempt(async () => {
       if (!picture.id) await this.upload(picture);
@@ -196,7 +229,7 @@ export class Desk {
     this.making.forget();
     const isOther = this.followed !== facts.text;
     this.followed = facts.text;
-    if (picture && facts.positions && (isSure || (isOther && !picture.isBusy)) && !this.view.state.live) {
+    if (picture && facts.positions && (isSure || (isOther && !picture.isBusy && !picture.moved)) && !this.view.state.live) {
       clearTimeout(picture.timer);
       Object.assign(picture, { positions: facts.positions, mode: facts.mode, reason: facts.reason });
       if (picture === this.current) this.panel.show(picture.positions, picture.mode, picture.reason);
@@ -218,7 +251,7 @@ export class Desk {
   // Saving
 
   /** Saves `text`, the drawing that the page shows, or that of a picture that is still being opened. */
-  async save(text, format = "svg") {
+  async save(text, format = "svg", purpose = "") {
     const picture = this.current;
     if (!picture?.newest) {
       this.view.say("There is no drawing to save yet");
@@ -228,7 +261,7 @@ export class Desk {
     const isShown = this.sheet.shows(picture);
     const written = isShown ? this.sheet.exactText(text) : newest;
     await this.attempt(async () => {
-      this.view.say(await this.saver.save(written, name, format, find("png-width").valueAsNumber || 1024));
+      this.view.say(await this.saver.save(written, name, format, find("png-width").valueAsNumber || 1024, purpose));
       if (picture.newest !== newest) return; // there is a newer drawing by now
       picture.isSaved = true;
       if (isShown && this.sheet.shows(picture) && this.view.drawingText() === text) this.view.markSaved();
@@ -258,8 +291,12 @@ export class Desk {
     setText("proposal-text", `The new drawing has no place for: ${current?.proposal}.`);
     find("stop").disabled = !current?.isBusy || current.isStopping || !server.isOnline;
     find("restart").disabled = !current?.width || !server.isOnline || current.status === "waiting";
+    this.memory.note(this);
     this.making.show();
     const canSave = Boolean(current?.newest);
+    this.saver.showUse();
+    const { kind, purpose } = this.saver.use;
+    find("save-for").disabled = !canSave || (!server.isOnline && (kind !== "svg" || Boolean(purpose)));
     for (const button of findAll("[data-format]")) {
       button.disabled = !canSave || (!server.isOnline && !["svg", "svgz"].includes(button.dataset.format));
     }

@@ -20,22 +20,33 @@ export class Meeting {
   /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
    * page did not answer for a while, as when the computer slept. */
   greet({ pictures }) {
+    const { desk } = this;
     const isFirst = !this.hasMet;
     this.hasMet = true;
-    if (isFirst) {
-      // This page was loaded again. The state of each picture follows its drawing.
-      for (const { status, ...facts } of pictures) {
-        if (this.desk.pictures.some(({ id }) => id === facts.id)) continue; // it was dropped before the server was found
-        this.desk.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
-      }
-      if (this.desk.pictures.length && !this.desk.current) this.desk.open(this.desk.pictures[0]);
-      return;
-    }
+    if (isFirst) this.addUnknown(pictures);
     const known = new Set(pictures.map(({ id }) => id));
-    for (const picture of this.desk.pictures.filter(({ id }) => id)) {
+    for (const picture of desk.pictures.filter(({ id }) => id)) {
       if (!known.has(picture.id)) this.giveBack(picture);
-      else if (picture.isBusy && picture.isStopping) this.desk.stop(picture); // the server may not have heard it
+      else if (picture.isBusy && picture.isStopping) desk.stop(picture); // the server may not have heard it
     }
+    if (!isFirst) return;
+    for (const picture of desk.pictures) this.goOn(picture);
+    if (desk.pictures.length && !desk.current) desk.open(desk.wanted ?? desk.pictures[0]);
+  }
+
+  /** Lists the pictures of a page that was loaded again without what it should have kept: the storage is blocked. The
+   * state of each picture follows its drawing. */
+  addUnknown(pictures) {
+    for (const { status, ...facts } of pictures) {
+      if (this.desk.pictures.some(({ id }) => id === facts.id)) continue; // it was kept, or dropped before the server was found
+      this.desk.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
+    }
+  }
+
+  /** Lets what was under way begin again when the page was loaded again. */
+  goOn(picture) {
+    if (picture.status === "loading" && picture.blob && !picture.arriving) this.desk.begin(picture);
+    else if (picture.moved && !picture.isBusy) this.desk.fitWithSettings(picture);
   }
 
   /** Lets a fit that the server has lost begin again, unless the user has stopped it in the meantime. */
@@ -44,7 +55,14 @@ export class Meeting {
     picture.id = null;
     if (!picture.isBusy) return;
     if (picture.isStopping) this.desk.results.setStatus(picture, "stopped");
-    else this.desk.requestFit(picture, { ...this.desk.sheet.present(picture), filled: null });
+    else this.fitOnceMore(picture);
+  }
+
+  /** Asks for the fit that was under way: from the last frame if that is shown, but an edited drawing from its start. */
+  fitOnceMore(picture) {
+    const { more } = picture.asked;
+    const goesOn = this.desk.sheet.shows(picture) && !more.keepsPaths;
+    this.desk.requestFit(picture, goesOn ? { ...this.desk.sheet.present(picture), filled: null } : more);
   }
 
   async meet(facts) {

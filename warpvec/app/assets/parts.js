@@ -3,6 +3,7 @@
 import { formatBytes, formatDb, MEASURING } from "viewer/charts.js";
 import { fillTable, find, setText } from "viewer/dom.js";
 import { progressOf } from "app/picture.js";
+import { isDrawing } from "app/reopening.js";
 
 const CLOSENESS_HINT = "How close the drawing is to the picture: 30 is good, at 40 they look the same";
 
@@ -65,7 +66,8 @@ function formatSeconds(seconds) {
 
 /** Takes pictures that are dropped anywhere on the page or pasted, and says what it does not take. */
 export function connectDropping(add, say) {
-  const pictures = (list) => [...(list ?? [])].filter(({ type }) => !type || type.startsWith("image/"));
+  const isTaken = ({ type, name }) => !type || type.startsWith("image/") || isDrawing({ type, name });
+  const pictures = (list) => [...(list ?? [])].filter(isTaken);
   addEventListener("dragover", (event) => {
     event.preventDefault();
     document.body.classList.add("dropping");
@@ -82,7 +84,7 @@ export function connectDropping(add, say) {
       return;
     }
     const found = pictures(files);
-    if (files?.length && !found.length) say("This is not a picture: drop a PNG, JPEG, WebP, TIFF, BMP or GIF file");
+    if (files?.length && !found.length) say("This is neither a picture nor an SVG: drop a PNG, JPEG, WebP, TIFF, BMP, GIF or SVG file");
     add(found);
   });
   addEventListener("paste", (event) => {

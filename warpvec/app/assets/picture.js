@@ -27,7 +27,7 @@ export class PagePicture {
   fit = null;
   isSaved = false;
   // What the last fit was asked for: the positions of the controls, and what is to become of the edits; see live.js.
-  asked = { positions: null, edits: "dropped" };
+  asked = { positions: null, edits: "dropped", more: {} };
   // The drawing with its edits while another picture is shown, and whether a result has come since.
   kept = null;
   isUnseen = false;
@@ -45,10 +45,22 @@ export class PagePicture {
   arriving = null;
   timer = 0;
 
+  // Its name in what the page keeps for the time after it is loaded again.
+  key = crypto.randomUUID();
+  // The file of its drawing that was opened, until it is read.
+  drawing = null;
+  // The control that has been moved last, until a fit is asked for with it.
+  moved = null;
+
   constructor(name, blob, positions) {
     this.name = name;
     this.blob = blob;
     this.positions = { ...positions };
+  }
+
+  /** Whether its newest drawing is as the user has saved it, or there is none, while another picture is shown. */
+  get isClean() {
+    return !this.newest || this.isSaved;
   }
 
   get isBusy() {
@@ -57,7 +69,7 @@ export class PagePicture {
 
   /** The newest drawing: the present frame of a fit, or the result of the last one. */
   get newest() {
-    return this.frame?.svg ?? this.result?.svg ?? null;
+    return this.frame?.svg ?? this.result?.text ?? this.result?.svg ?? null;
   }
 
   /** Shows the list entry in words. */
@@ -70,12 +82,12 @@ export class PagePicture {
 
   /** Loads the image to compare with by `load`: that of the file, or the server's copy, if this browser cannot read it.
    * Without a server there may be none. */
-  async prepare(load, copyUrl) {
+  async prepare(load, findCopy) {
     if (this.photo) return;
     const url = this.blob && (await reducedUrl(this.blob).catch(() => null));
     if (url) this.photo = await load(url).catch(() => null);
     if (url) URL.revokeObjectURL(url);
-    this.photo ??= await load(copyUrl).catch(() => null);
+    this.photo ??= await findCopy().then(load).catch(() => null);
   }
 }
 

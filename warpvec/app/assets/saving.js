@@ -1,7 +1,7 @@
 /* Files that are saved: in the folder of the server, or as downloads. SVG and svgz need no server. */
 
 import { formatBytes } from "viewer/charts.js";
-import { findAll } from "viewer/dom.js";
+import { find, findAll, setText } from "viewer/dom.js";
 
 const DOWNLOAD_MS = 10_000;
 
@@ -27,25 +27,46 @@ export class Saver {
   /** Shows the buttons of the formats that the server can write. */
   setUp({ formats, folder }) {
     this.folder = folder;
+    for (const option of find("purpose").options) option.disabled = option.hidden = !formats.includes(option.dataset.kind);
     for (const button of findAll("[data-format]")) button.hidden = !formats.includes(button.dataset.format);
   }
 
-  /** Saves `text` and returns a sentence about it. */
-  async save(text, name, format, width) {
-    const options = { format, name };
+  /** Says what the file is that is chosen. */
+  showUse() {
+    const { kind, help } = this.use;
+    setText("purpose-text", help);
+    find("save-for").title = help;
+    setText("save-for", `Save ${kind === "jsx" || kind === "xml" ? kind : kind.toUpperCase()}`);
+  }
+
+  /** What the file is for that is chosen: {kind, help, purpose}; the purpose of a kind of its own is usual for it. */
+  get use() {
+    const [option] = find("purpose").selectedOptions;
+    const { kind, help } = option.dataset;
+    return { kind, help, purpose: kind === "svg" && option.value !== "web" ? option.value : "" };
+  }
+
+  /** Saves `text` for a `purpose`, if one is chosen, and returns a sentence about it. */
+  async save(text, name, format, width, purpose = "") {
+    const options = { format, name, ...(purpose && { for: purpose }) };
     if (format === "png") Object.assign(options, { width, transparent: /<rect id="background"/.test(text) ? 0 : 1 });
     if (this.folder && this.server.isOnline) {
       const answer = await (await this.server.export(text, { ...options, to: "folder" })).json();
-      return `Saved ${answer.saved} in ${this.folder}, ${formatBytes(answer.bytes)}`;
+      return sentence(answer.saved, answer.bytes, answer.losses, ` in ${this.folder}`);
     }
-    const blob = await this.encoded(text, format, options);
+    const { blob, losses } = await this.encoded(text, format, options);
     download(blob, `${name}.${format}`);
-    return `Saved ${name}.${format}, ${formatBytes(blob.size)}`;
+    return sentence(`${name}.${format}`, blob.size, losses);
   }
 
   async encoded(text, format, options) {
-    if (format === "svg") return new Blob([text], { type: "image/svg+xml" });
-    if (format === "svgz") return gzipped(text);
-    return (await this.server.export(text, options)).blob();
+    if (format === "svg" && !options.for) return { blob: new Blob([text], { type: "image/svg+xml" }), losses: [] };
+    if (format === "svgz" && !options.for) return { blob: await gzipped(text), losses: [] };
+    const response = await this.server.export(text, options);
+    return { blob: await response.blob(), losses: JSON.parse(response.headers.get("Warpvec-Losses") ?? "[]") };
   }
+}
+
+function sentence(name, bytes, losses, place = "") {
+  return [`Saved ${name}${place}, ${formatBytes(bytes)}`, ...losses].join("; ");
 }

@@ -10,7 +10,7 @@ const REST_MS = 2000;
 
 /** Identifies this tab, also after it has been loaded again. Another program at this port may have left something else in
  * the storage, which the user may have blocked, too. */
-function pageIdentifier() {
+export function pageIdentifier() {
   const made = crypto.randomUUID().replaceAll("-", "");
   try {
     const known = sessionStorage.getItem("page");
@@ -23,13 +23,13 @@ function pageIdentifier() {
 }
 
 export class Server {
-  /** `receive(kind, facts)` takes the events; `onLost(isOther)` and `onFound` say whether there is a server: another
-   * one may answer. */
-  constructor(receive, onLost, onFound) {
+  /** `page` identifies this tab; `receive(kind, facts)` takes the events; `onLost(isOther)` and `onFound` say whether there
+   * is a server: another one may answer. */
+  constructor(page, receive, onLost, onFound) {
     this.receive = receive;
     this.onLost = onLost;
     this.onFound = onFound;
-    this.page = pageIdentifier();
+    this.page = page;
     this.base = location.pathname;
     this.isOnline = false;
     this.isListening = false;
@@ -154,6 +154,16 @@ export class Server {
   async reshape(to, texts) {
     const body = JSON.stringify({ shapes: texts });
     return (await (await this.ask("POST", `reshape?${new URLSearchParams({ to })}`, body)).json()).shapes;
+  }
+
+  /** Returns the drawing of an SVG file: {svg, text, width, height, figures}; svg is what may be parsed here. */
+  async open(file) {
+    return (await this.ask("POST", "open", file)).json();
+  }
+
+  /** Returns {psnr}, the closeness of a drawing to a picture; null if they are equal. */
+  async measure(id, text) {
+    return (await this.ask("POST", `pictures/${id}/measure`, text)).json();
   }
 
   export(text, options) {

@@ -15,10 +15,10 @@ export class Sheet {
   }
 
   /** Shows a picture as soon as its photo is loaded; without one, if this cannot be. Returns whether it is shown now. */
-  async open(picture, previewUrl) {
+  async open(picture, findCopy) {
     this.opening = this.shows(picture) ? null : picture;
     if (!this.opening) return false;
-    await picture.prepare((address) => this.view.loadPhoto(address), previewUrl);
+    await picture.prepare((address) => this.view.loadPhoto(address), findCopy);
     if (this.opening !== picture) return false;
     this.keepEdits();
     this.put(picture);
@@ -68,8 +68,10 @@ export class Sheet {
   finish(picture, isForced = false) {
     const { result } = picture;
     const { edits } = picture.asked;
-    // A drawing that was fitted again has lost no more than the one before.
-    result.not_kept ??= this.view.facts.notKept;
+    // A drawing that was fitted again has lost no more than the one before, and one that was cut out may have.
+    const before = this.view.facts.notKept ?? [];
+    if (picture.asked.more.cuts) result.not_kept = [...new Set([...before, ...(result.not_kept ?? [])])];
+    result.not_kept ??= before;
     const left = this.view.finishDrawing({ svg: result.svg, facts: factsOf(picture, result), edits, isForced, left: result.left });
     if (!left && !this.view.isEdited) this.view.markSaved(); // as far as edits go; see `isSaved` of the picture
     return left;
@@ -101,14 +103,14 @@ export class Sheet {
   /** Returns the file of the last fit instead of `text`, the drawing as the page writes it, if it has not been edited. */
   exactText(text) {
     const { written, text: exact } = this.view.facts;
-    return exact && !this.view.state.live && text === written ? exact : text;
+    return exact && text === written ? exact : text;
   }
 }
 
 /** Returns the facts of a result that belong to its drawing. */
 function factsOf({ asked, mode, reason }, result) {
-  const { svg, history, psnr, bytes, gzip_bytes, segments, layers, not_kept: notKept } = result;
+  const { svg, text, history, psnr, bytes, gzip_bytes, segments, layers, not_kept: notKept } = result;
   const figures = { bytes, gzip_bytes, segments, ...(psnr === undefined ? {} : { psnr }) };
   const known = Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined));
-  return { figures: known, history: history ?? [], text: svg, layers, notKept, mode, reason, positions: asked.positions };
+  return { figures: known, history: history ?? [], text: text ?? svg, layers, notKept, mode, reason, positions: asked.positions };
 }

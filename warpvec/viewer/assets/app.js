@@ -58,10 +58,14 @@ export class App {
     this.edited = false;
     const { layers, box } = this.drawing;
     this.brush = { fill: "#d9480f", opacity: 1, width: Math.max(Math.round(box[2] / 60), 1), layer: layers.at(-1) };
-    this.commands = data.kept?.commands ?? new Commands(() => this.mayChange(), () => this.changed());
+    this.commands = data.kept?.commands ?? this.newCommands();
     this.shownBox = box;
     this.panel?.reopen();
     this.stage?.fit();
+  }
+
+  newCommands() {
+    return new Commands(() => this.mayChange(), () => this.changed());
   }
 
   /** Ends a gesture by keys, and tells whether the drawing can be edited now; if not, says why. */
@@ -256,7 +260,7 @@ export class App {
   }
 
   undo() {
-    if (!this.mayChange()) return;
+    if (window.desk?.undo?.() || !this.mayChange()) return;
     this.cancel();
     const label = this.commands.undo();
     this.say(label ? `Undone: ${label}` : "Nothing to undo");

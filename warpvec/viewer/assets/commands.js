@@ -30,7 +30,7 @@ export class Commands {
     if (merge && last?.label === label && now - last.time < MERGE_MS && sameKeys(last.before.items, before.items)) {
       Object.assign(last, { after, time: now });
     } else {
-      this.done.push({ label, before, after, touched, time: now });
+      this.done.push({ label, before, after, touched, time: now, number: nextVersion() });
       if (this.done.length > MAX_COMMANDS) this.done.shift();
     }
     this.undone = [];
@@ -48,7 +48,13 @@ export class Commands {
     const command = this.undone.pop();
     if (!command) return null;
     this.done.push(command);
+    command.number = nextVersion();
     return this.restore(command, command.after);
+  }
+
+  /** The number of the last change, which is larger than those of all changes before. */
+  get lastNumber() {
+    return this.done.at(-1)?.number ?? 0;
   }
 
   restore(command, { items, lists, frame }) {
@@ -92,4 +98,9 @@ let lastVersion = 0;
 /** Returns a new version. Versions never repeat, so a cached picture cannot be mistaken for another. */
 export function nextVersion() {
   return ++lastVersion;
+}
+
+/** Lets versions go on after `version`, that of a page that was loaded again. */
+export function goOnFrom(version) {
+  lastVersion = Math.max(lastVersion, version);
 }

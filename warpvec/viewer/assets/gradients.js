@@ -18,6 +18,15 @@ const SAFE_ID = /^[A-Za-z_][\w.-]*$/;
 // Names of one hash that are tried: layers have others, and equal hashes are rare.
 const NAMES_TRIED = 8;
 
+/** Returns the `id` that the file states for a gradient; undefined for none. */
+export function statedIdOf(paint) {
+  return STATED_IDS.get(paint);
+}
+
+export function keepStatedId(paint, id) {
+  STATED_IDS.set(paint, id);
+}
+
 export function isGradient(fill) {
   return typeof fill === "object" && fill !== null;
 }
@@ -102,7 +111,7 @@ export class GradientReader {
     let placed = parseTransform(own("gradientTransform") ?? "");
     if (inBox) placed = multiply([box[2] - box[0], 0, 0, box[3] - box[1], box[0], box[1]], placed);
     const paint = transformFill({ kind, numbers, matrix: null, spread, stops, onCanvas: null }, multiply(matrix, placed));
-    STATED_IDS.set(paint, id);
+    keepStatedId(paint, id);
     return paint;
   }
 

@@ -9,6 +9,9 @@
  *       the file.
  *   keep()
  *       Returns the drawing with its undo steps, for `show`.
+ *   packed(kept), unpacked(text)
+ *       Returns a drawing with its undo steps as text, and makes it of the text again. Without `kept` it is the one that is
+ *       shown; during frames that from before them. `marks` are values of which one changes whenever that text does.
  *   showDrawing(svgText)
  *       Shows a frame of a running fit. View, hidden layers and, by their places, the selected paths are kept. Until
  *       `finishDrawing` or `endDrawing` nothing can be edited, and nothing is measured, which would take time from the
@@ -31,6 +34,7 @@
  *                       and it is new if the last fit did not know of it
  *   figures             the figures that the page shows: those of the file, or what is measured of the edited drawing
  *   drawingText()       the SVG text of the drawing as edited, the same that "Save" writes
+ *   shownText()         the same, during frames of the drawing from before them
  *   markSaved()         says that the present drawing is saved
  *   say(text)           shows a line below the picture, which screen readers announce
  *   state               {paths, edited, live, selected}, numbers and booleans
@@ -48,7 +52,10 @@
  *   window.desk.reshape(to, svgTexts)
  *       "Stroke to outline" and the like, which are hidden without it; `to` is "outline", "stroke", "circle", "ellipse" or
  *       "rect". Resolves to {svg, distance} or {refused} for each text, which has one shape on a canvas of its own. With
- *       "cut" each shape is followed by the area to take out, and the answer may also be {gone} or {same}. */
+ *       "cut" each shape is followed by the area to take out, and the answer may also be {gone} or {same}.
+ *   window.desk.undo(), window.desk.canUndo()
+ *       Whether the last thing that was done is no change of the drawing, and can be undone; undoes it, and returns whether
+ *       it was. */
 
 import { multiply, scaling, translation } from "viewer/basics.js";
 import { mainColor } from "viewer/colornames.js";
@@ -58,6 +65,7 @@ import { editsInWords } from "viewer/edit_words.js";
 import { applyEdits, deletedItems, editsOf, isPristine, itemsOf } from "viewer/edits.js";
 import { eraseAgain, mustErase } from "viewer/erasing.js";
 import { loadPhoto, Meter } from "viewer/measure.js";
+import { pack, unpack } from "viewer/packing.js";
 import { writeShape } from "viewer/paths.js";
 import { newLayer, readDrawing } from "viewer/read.js";
 import { decimalsFor, writeDrawing } from "viewer/save.js";
@@ -92,6 +100,25 @@ export class Live {
     const { app } = this;
     app.endKeys();
     return { drawing: app.drawing, commands: app.commands };
+  }
+
+  packed(kept = null) {
+    const { app, before } = this;
+    const { drawing, commands } = kept ?? app;
+    const stands = new Map(!kept && before ? [[drawing, before.frame.state]] : []);
+    return pack({ drawing, done: commands.done, undone: commands.undone }, stands);
+  }
+
+  unpacked(text) {
+    const { drawing, done, undone } = unpack(text);
+    return { drawing, commands: Object.assign(this.app.newCommands(), { done, undone }) };
+  }
+
+  get marks() {
+    const { app: { commands, edited }, shown: { layers, facts } } = this;
+    const last = commands.done.at(-1);
+    const looks = layers.map(({ visible, isLocked }) => (visible ? 1 : 0) + (isLocked ? 2 : 0)).join("");
+    return [layers, facts, edited, looks, last, last?.after, commands.done.length, commands.undone.length];
   }
 
   get isOn() {
@@ -190,6 +217,10 @@ export class Live {
   drawingText() {
     this.app.endKeys();
     return writeDrawing(this.app.drawing);
+  }
+
+  shownText() {
+    return writeDrawing(this.shown);
   }
 
   markSaved() {

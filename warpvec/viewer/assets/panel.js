@@ -150,7 +150,7 @@ export class Panel {
     this.showFigures();
     this.layerTable.show();
     this.measureSoon(layers);
-    find("undo").disabled = !app.commands.done.length && !app.gesture;
+    find("undo").disabled = !app.commands.done.length && !app.gesture && !window.desk?.canUndo?.();
     find("redo").disabled = !app.commands.undone.length;
   }
 
@@ -159,7 +159,8 @@ export class Panel {
     // While a fit is running, the figures are those of its frames, beside its progress. Without a shape there are none:
     // before the first frame, the empty page would be compared with the picture.
     const figures = app.live.isOn || !app.pathCount ? {} : app.figures.all;
-    const rows = [
+    // Before there is a document, the page has no size.
+    const rows = !app.data.svg && !app.data.kept ? [] : [
       ["Paths", app.pathCount.toLocaleString("en")],
       ["Layers", String(app.drawing.layers.filter(({ items }) => items.length).length)],
       ["Canvas", app.drawing.box.slice(2).map((side) => formatNumber(side, 2)).join(" × ")],

@@ -1,0 +1,65 @@
+"""Files that the page saves are those of `warpvec run`, and say the same of what they cannot show."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import invoke
+from PIL import Image, ImageDraw, ImageFilter
+
+from warpvec.app.export import encode
+
+
+def write_shadow(path: Path) -> Path:
+    """Write a disc with a soft shadow."""
+    image = Image.new("RGBA", (240, 200), "white")
+    shadow = Image.new("RGBA", image.size)
+    ImageDraw.Draw(shadow).ellipse((60, 50, 180, 170), fill=(0, 0, 0, 130))
+    image = Image.alpha_composite(image, shadow.filter(ImageFilter.GaussianBlur(6)))
+    ImageDraw.Draw(image).ellipse((44, 30, 164, 150), fill=(200, 40, 40, 255))
+    image.convert("RGB").save(path)
+    return path
+
+
+def write_discs(path: Path) -> Path:
+    pixels = np.full((60, 90, 3), 255, np.uint8)
+    y, x = np.mgrid[:60, :90]
+    pixels[(x - 30) ** 2 + (y - 30) ** 2 < 400] = (30, 90, 200)
+    pixels[(x - 60) ** 2 + (y - 30) ** 2 < 200] = (200, 40, 40)
+    Image.fromarray(pixels).save(path)
+    return path
+
+
+def undated(data: bytes) -> bytes:
+    """Return the bytes of a file without the time at which it was made."""
+    return re.sub(rb"CreationDate[^\n]*", b"", data)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["pdf", "eps", "dxf", "png", "svg", "xml", "jsx"])
+@pytest.mark.parametrize("write", [write_shadow, write_discs])
+def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(write, kind: str, tmp_path: Path) -> None:
+    pytest.importorskip("cairosvg")
+    pytest.importorskip("ezdxf")
+    source, soft = write(tmp_path / "picture.png"), "auto"
+    invoke("run", str(source), str(tmp_path / "drawing.svg"), "--soft", soft)
+    text = (tmp_path / "drawing.svg").read_text()
+    out = tmp_path / f"drawing.{kind}"
+    said = invoke("run", str(source), str(out), "--soft", soft).output
+    made = encode(text, kind)
+    assert undated(made.data) == undated(out.read_bytes())
+    stated = [line for line in said.splitlines() if line.startswith(("for ", "not kept in "))]
+    assert made.losses == stated
+    assert bool(stated) == (write is write_shadow and kind in ("pdf", "eps", "dxf", "xml"))
+
+
+def test_a_purpose_that_there_is_not_is_refused() -> None:
+    from warpvec.errors import InputError
+
+    text = '<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0h9v9z"/></svg>'
+    with pytest.raises(InputError, match="purpose"):
+        encode(text, "svg", purpose="toaster")
+    assert b"<path" in encode(text, "svg", purpose="plain").data
