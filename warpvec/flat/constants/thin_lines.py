@@ -73,5 +73,8 @@ class ThinLineConstants:
     explained: float = 0.08
     """Largest share of the contrast of a line that its pixels may be off on plain paper: renderers differ by that."""
 
+    speck_area: int = 3
+    """Most pixels of what is left of the end of a line."""
+
 
 THIN_LINES = ThinLineConstants()

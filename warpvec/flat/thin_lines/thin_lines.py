@@ -7,6 +7,7 @@ are found first, on the paper, and the picture without them is drawn as if they 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,13 @@ class ThinLines(NamedTuple):
     strokes: Scene
     paper: Floats
     ground: Floats32
+
+    def with_scene(self, scene: Scene) -> Scene:
+        """Return ``scene``, a drawing of the ground, above the lines; below them if its canvas is not the paper."""
+        canvas = np.ones(3) if scene.transparent else scene.background.numpy().astype(np.float64)
+        is_paper = np.abs(canvas - self.paper).max() <= THIN_LINES.explained
+        lines = replace(self.strokes, background=scene.background, transparent=scene.transparent)
+        return lines.joined(scene) if is_paper else scene.joined(lines)
 
 
 def find_thin_lines(image: Floats32) -> ThinLines | None:
@@ -117,7 +125,19 @@ def _without(levels: Floats, paper: Floats, strokes: Scene) -> Floats32:
     is_open = is_line & (alpha[..., 0] > 0.7) & ndimage.maximum_filter(~is_plain | (~is_line & (off > 2.0)), 3)
     is_shape = _filled(np.abs(result - paper).max(2) > 0.5 * np.abs(shape - paper).max(2), is_open)
     result[is_open] = np.where(is_shape[..., None], shape, paper)[is_open]
+    result[_left_over(np.abs(result - paper).max(2) > 2.0, is_line)] = paper
     return (result / 255.0).astype(np.float32)
+
+
+def _left_over(is_shape: Mask, is_line: Mask) -> Mask:
+    """Return the pixels [h, w] of specks that touch a line: what is left of its end."""
+    labels, count = ndimage.label(is_shape, np.ones((3, 3)))
+    areas = np.bincount(labels.ravel(), minlength=count + 1)
+    touches = np.zeros(count + 1, bool)
+    touches[np.unique(labels[ndimage.binary_dilation(is_line, np.ones((3, 3)))])] = True
+    is_speck = touches & (areas <= THIN_LINES.speck_area)
+    is_speck[0] = False
+    return np.asarray(is_speck[labels])
 
 
 def _strongest(residual: Floats, is_known: Mask) -> Floats:
