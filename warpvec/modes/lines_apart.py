@@ -18,12 +18,11 @@ def with_lines_apart(found: Restoration) -> Restoration:
     given, condition = found.given, found.condition
     if not _may_have_lines(given, condition):
         return found
-    from warpvec.flat.pixels.choice import are_pixels_meant
     from warpvec.flat.thin_lines.thin_lines import find_thin_lines
 
     picture = given.picture
     lines = find_thin_lines(picture.reduced)
-    if lines is None or are_pixels_meant(picture.reduced, 0, False):
+    if lines is None:
         return found
     encoding = replace(given.encoding, picture=replace(picture, reduced=lines.ground))
     clean = None if condition is None else replace(condition, edge_blur=SHARP, reduction=None)
@@ -39,4 +38,7 @@ def _may_have_lines(request: Request, condition: Condition | None) -> bool:
         return False
     if condition is None:
         return True
+    # Pixels of two levels have no lines between them: they are taken as they are, or smoothed.
+    if condition.palette is not None and condition.palette.has_two_levels:
+        return False
     return condition.enlargement is None and condition.jpeg is None and condition.light is None and not any(condition.noise)

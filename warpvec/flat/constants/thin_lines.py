@@ -42,13 +42,16 @@ class ThinLineConstants:
     clean_difference: float = 0.25
     """Largest share by which the ink of a row that has nothing but the line differs from the line's."""
 
+    paper_share: float = 0.12
+    """Largest share of the ink of a line's pixel that is left beside it: of lines of 1.2 px at distances of 3 px, 0.1."""
+
     clean_share_min: float = 0.25
     """Share of the rows of a line, outside of crossings, that must be clean: graph paper has more than half."""
 
     reach_max: float = 1.5
     """A row with more than this many times the ink of the line is a crossing or a larger shape."""
 
-    alike: float = 0.12
+    alike: float = 0.15
     """Largest relative difference of the widths of lines that are equal: resvg draws 1.2 px as 1.0 to 1.25 px."""
 
     parallel: float = 0.012

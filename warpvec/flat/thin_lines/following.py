@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.thin_lines.pieces import Piece, fitted, is_bent, straight_pieces
 
@@ -42,12 +42,16 @@ class ThinLine(NamedTuple):
 
 
 class _Profile(NamedTuple):
-    """The ink along a line in rows [n]: summed up across it [n, 3], its middle [n], how much there is, and its most."""
+    """The ink along a line in rows [n]: summed up across it [n, 3], its middle, how much there is, its most.
+
+    ``beside`` is the least ink of a pixel on one side, and on the other side if there is more.
+    """
 
     total: Floats
     middle: Floats
     amount: Floats
     most: Floats
+    beside: Floats
 
 
 def follow_lines(residual: Floats) -> list[ThinLine]:
@@ -122,7 +126,10 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
         start, slope, bend = fitted(rows + 0.5, profile.middle[rows], is_clean)
         if abs(slope) > 1.03:
             return None
-    if is_bent(rows[is_clean] + 0.5, bend[is_clean]):
+    clean = rows[is_clean]
+    paper_max = np.maximum(THIN_LINES.paper_share * profile.most[clean], THIN_LINES.contrast_min)
+    is_on_paper = np.mean(profile.beside[clean] <= paper_max) >= 0.5
+    if not is_on_paper or is_bent(clean + 0.5, bend[is_clean]):
         return None
     return _ended(start, slope, profile, rows, is_clean, share, is_level)
 
@@ -141,7 +148,16 @@ def _profile(residual: Floats, ink: Floats, start: float, slope: float) -> _Prof
     amount = np.where(is_in, ink[y[:, None], columns.clip(0, width - 1)], 0.0)
     whole = amount.sum(1)
     middle = (amount * (columns + 0.5)).sum(1) / np.maximum(whole, 1e-9)
-    return _Profile(part.sum(1), middle, whole, amount.max(1))
+    return _Profile(part.sum(1), middle, whole, amount.max(1), _beside(ink, np.floor(x).astype(np.int64)))
+
+
+def _beside(ink: Floats, column: Integers) -> Floats:
+    """Return the least ink within three pixels on one side of each ``column`` [h], or on the other if that is more."""
+    rows = np.arange(len(column))[:, None]
+    padded = np.pad(ink, ((0, 0), (3, 3)))
+    steps = np.arange(1, 4)
+    column = column.clip(0, ink.shape[1] - 1)[:, None] + 3
+    return np.maximum(padded[rows, column + steps].min(1), padded[rows, column - steps].min(1))
 
 
 def _run(is_there: Mask, place: int) -> tuple[int, int]:
@@ -154,7 +170,7 @@ def _run(is_there: Mask, place: int) -> tuple[int, int]:
 
 
 def _ended(
-    start: float, slope: float, profile: _Profile, rows: np.ndarray, is_clean: Mask, share: Floats, is_level: bool
+    start: float, slope: float, profile: _Profile, rows: Integers, is_clean: Mask, share: Floats, is_level: bool
 ) -> ThinLine:
     """Return a line with its ends: part of a pixel has part of the ink, and in larger shapes it goes on for a pixel."""
     clean = rows[is_clean]
