@@ -13,7 +13,7 @@ from warpvec.modes.restored import Restoration
 def with_lines_apart(found: Restoration) -> Restoration:
     """Return ``found`` with the straight thin lines of its picture apart, if it has a set of equal ones.
 
-    Thin lines that were drawn look like the rims of a reduction, or like blur; so a picture with them is taken as it is.
+    Thin lines look like the rims of a reduction, or like blur, so that a picture with them is taken as it is.
     """
     given, condition = found.given, found.condition
     if not _may_have_lines(given, condition):
@@ -41,4 +41,9 @@ def _may_have_lines(request: Request, condition: Condition | None) -> bool:
     # Pixels of two levels have no lines between them: they are taken as they are, or smoothed.
     if condition.palette is not None and condition.palette.has_two_levels:
         return False
-    return condition.enlargement is None and condition.jpeg is None and condition.light is None and not any(condition.noise)
+    return (
+        condition.enlargement is None
+        and condition.jpeg is None
+        and condition.light is None
+        and not any(condition.noise)
+    )

@@ -16,7 +16,7 @@ class ThinLineConstants:
     """Least sum over the channels, in levels, by which a pixel of a line differs from the paper: rounding gives 3."""
 
     gap_share: float = 0.5
-    """Largest difference of the levels beside a line, as a share of its height above them: the edge of a shape has 1."""
+    """Largest difference of the levels beside a line over its height above them: the edge of a shape has 1."""
 
     width_max: float = 1.7
     """Largest width in pixels: wider lines cover a row of pixels wholly, and are traced well by their outlines."""
@@ -43,7 +43,7 @@ class ThinLineConstants:
     """Largest share by which the ink of a row that has nothing but the line differs from the line's."""
 
     paper_share: float = 0.12
-    """Largest share of the ink of a line's pixel that is left beside it: of lines of 1.2 px at distances of 3 px, 0.1."""
+    """Largest share of the ink of a line's pixel that is left beside it: at distances of 3 px, 1.2 px leave 0.1."""
 
     clean_share_min: float = 0.25
     """Share of the rows of a line, outside of crossings, that must be clean: graph paper has more than half."""

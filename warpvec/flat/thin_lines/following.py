@@ -98,9 +98,7 @@ def _is_known(piece: Piece, lines: list[ThinLine]) -> bool:
     """Return whether a piece lies on one of the ``lines``."""
     middle = (piece.first + piece.last + 1) / 2.0
     x = piece.start + piece.slope * middle
-    return any(
-        line.top <= middle <= line.bottom and abs(line.start + line.slope * middle - x) < 0.75 for line in lines
-    )
+    return any(line.top <= middle <= line.bottom and abs(line.start + line.slope * middle - x) < 0.75 for line in lines)
 
 
 def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> ThinLine | None:
@@ -123,7 +121,7 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
         is_open = share[rows] <= THIN_LINES.reach_max
         if is_clean.sum() < max(THIN_LINES.length_min, THIN_LINES.clean_share_min * is_open.sum()):
             return None
-        start, slope, bend = fitted(rows + 0.5, profile.middle[rows], is_clean)
+        start, slope, bend = fitted((rows + 0.5).astype(np.float64), profile.middle[rows], is_clean)
         if abs(slope) > 1.03:
             return None
     clean = rows[is_clean]

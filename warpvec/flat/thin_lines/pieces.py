@@ -99,7 +99,7 @@ def _straight(middles: _Middles, chain: Integers) -> list[Piece]:
     """Return the straight pieces of a chain, cut where it is farthest from a line."""
     if len(chain) < THIN_LINES.length_min:
         return []
-    y, x = middles.row[chain] + 0.5, middles.x[chain]
+    y, x = (middles.row[chain] + 0.5).astype(np.float64), middles.x[chain]
     start, slope, off = fitted(y, x)
     worst = int(np.abs(off).argmax())
     if abs(off[worst]) > THIN_LINES.straight_max:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.lines.line import DrawnLine, scene_of
 from warpvec.flat.strokes.line_fitting import Rows
@@ -62,7 +62,7 @@ def find_thin_lines(image: Floats32) -> ThinLines | None:
     return ThinLines(strokes, paper / 255.0, _without(levels, paper, strokes))
 
 
-def _frequent_colors(levels: Floats) -> tuple[Floats, Floats]:
+def _frequent_colors(levels: Floats) -> tuple[Floats, Integers]:
     """Return the colours [n, 3] of ``levels`` [h, w, 3], and how many pixels have each [n]."""
     codes, counts = np.unique((levels @ [65536.0, 256.0, 1.0]).astype(np.int64), return_counts=True)
     return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], 1).astype(np.float64), counts
