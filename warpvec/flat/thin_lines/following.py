@@ -104,16 +104,16 @@ def _is_known(piece: Piece, lines: list[ThinLine]) -> bool:
 def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> ThinLine | None:
     """Return the line that goes on from ``piece`` both ways; None if that is no thin line."""
     start, slope = piece.start, piece.slope
-    rows = np.arange(piece.first, piece.last + 1)
+    clean = np.arange(piece.first, piece.last + 1)
     for _ in range(3):
         profile = _profile(residual, ink, start, slope)
-        look = np.median(profile.total[rows], 0)
+        look = np.median(profile.total[clean], 0)
         size = float(np.linalg.norm(look))
         if size * np.sqrt(3.0) < THIN_LINES.contrast_min:
             return None
         share = profile.total @ look / size**2
         is_there = (share >= THIN_LINES.support_min) | (profile.amount >= np.abs(look).sum())
-        first, last = _run(is_there, int(rows[len(rows) // 2]))
+        first, last = _run(is_there, int(clean[len(clean) // 2]))
         rows = np.arange(first, last + 1)
         off = np.linalg.norm(profile.total[rows] - look, axis=1)
         is_clean = off <= THIN_LINES.clean_difference * size
@@ -124,12 +124,12 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
         start, slope, bend = fitted((rows + 0.5).astype(np.float64), profile.middle[rows], is_clean)
         if abs(slope) > 1.03:
             return None
-    clean = rows[is_clean]
+        clean = rows[is_clean]
     paper_max = np.maximum(THIN_LINES.paper_share * profile.most[clean], THIN_LINES.contrast_min)
     is_on_paper = np.mean(profile.beside[clean] <= paper_max) >= 0.5
-    if not is_on_paper or is_bent(clean + 0.5, bend[is_clean]):
+    if not is_on_paper or is_bent((clean + 0.5).astype(np.float64), bend[is_clean]):
         return None
-    return _ended(start, slope, profile, rows, is_clean, share, is_level)
+    return _ended(start, slope, profile, rows, clean, share, is_level)
 
 
 def _profile(residual: Floats, ink: Floats, start: float, slope: float) -> _Profile:
@@ -168,10 +168,9 @@ def _run(is_there: Mask, place: int) -> tuple[int, int]:
 
 
 def _ended(
-    start: float, slope: float, profile: _Profile, rows: Integers, is_clean: Mask, share: Floats, is_level: bool
+    start: float, slope: float, profile: _Profile, rows: Integers, clean: Integers, share: Floats, is_level: bool
 ) -> ThinLine:
     """Return a line with its ends: part of a pixel has part of the ink, and in larger shapes it goes on for a pixel."""
-    clean = rows[is_clean]
     look = np.median(profile.total[clean], 0)
     first, last = max(int(rows[0]), int(clean[0]) - 3), min(int(rows[-1]), int(clean[-1]) + 3)
 
