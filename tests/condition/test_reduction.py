@@ -127,3 +127,14 @@ def test_small_text_loses_its_rims_and_keeps_its_colors() -> None:
     assert is_lighter.sum() > 50
     assert (undone[is_lighter] <= np.array(ground) + 2.0).all()
     assert error(undone / 255.0, truth) < 0.3 * error(given, truth)
+
+
+def test_thin_dark_outlines_are_no_rims() -> None:
+    image = Image.new("RGB", (240, 160), "#e8e8e8")
+    draw = ImageDraw.Draw(image)
+    for k in range(6):
+        for row in range(4):
+            # A pale line beside a strong edge looks like a rim.
+            draw.rectangle((8 + 38 * k, 6 + 38 * row, 36 + 38 * k, 34 + 38 * row), "#f2f2f2")
+            draw.rectangle((9 + 38 * k, 7 + 38 * row, 35 + 38 * k, 33 + 38 * row), "#346")
+    assert find_reduction(levels_of(image)) is None
