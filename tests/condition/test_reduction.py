@@ -14,6 +14,7 @@ from warpvec.condition.condition import measure_condition
 from warpvec.condition.reduction import find_reduction
 from warpvec.condition.unrimming import without_rims
 from warpvec.image.alpha import premultiplied
+from warpvec.svg.measure import draw
 
 
 def reduced(width: int, kernel: Resampling) -> Image.Image:
@@ -129,12 +130,13 @@ def test_small_text_loses_its_rims_and_keeps_its_colors() -> None:
     assert error(undone / 255.0, truth) < 0.3 * error(given, truth)
 
 
-def test_thin_dark_outlines_are_no_rims() -> None:
-    image = Image.new("RGB", (240, 160), "#e8e8e8")
-    draw = ImageDraw.Draw(image)
-    for k in range(6):
-        for row in range(4):
-            # A pale line beside a strong edge looks like a rim.
-            draw.rectangle((8 + 38 * k, 6 + 38 * row, 36 + 38 * k, 34 + 38 * row), "#f2f2f2")
-            draw.rectangle((9 + 38 * k, 7 + 38 * row, 35 + 38 * k, 33 + 38 * row), "#346")
-    assert find_reduction(levels_of(image)) is None
+@pytest.mark.parametrize(("fill", "outline", "paper"), [("#1f77b4", "#000", "#fff"), ("#346", "#fff", "#eee")])
+def test_outlines_of_a_pixel_are_no_rims(fill: str, outline: str, paper: str) -> None:
+    blocks = "".join(
+        f'<rect x="{8 + 30 * k}" y="{18 + 38 * row}" width="22" height="28" fill="{fill}" stroke="{outline}"/>'
+        for k in range(8)
+        for row in range(4)
+    )
+    size = 'width="256" height="180"'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><rect {size} fill="{paper}"/>{blocks}</svg>'
+    assert find_reduction(draw(text, 256, 180).astype(np.float64)) is None
