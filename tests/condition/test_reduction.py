@@ -14,6 +14,7 @@ from warpvec.condition.condition import measure_condition
 from warpvec.condition.reduction import find_reduction
 from warpvec.condition.unrimming import without_rims
 from warpvec.image.alpha import premultiplied
+from warpvec.svg.measure import draw
 
 
 def reduced(width: int, kernel: Resampling) -> Image.Image:
@@ -127,3 +128,15 @@ def test_small_text_loses_its_rims_and_keeps_its_colors() -> None:
     assert is_lighter.sum() > 50
     assert (undone[is_lighter] <= np.array(ground) + 2.0).all()
     assert error(undone / 255.0, truth) < 0.3 * error(given, truth)
+
+
+@pytest.mark.parametrize(("fill", "outline", "paper"), [("#1f77b4", "#000", "#fff"), ("#346", "#fff", "#eee")])
+def test_outlines_of_a_pixel_are_no_rims(fill: str, outline: str, paper: str) -> None:
+    blocks = "".join(
+        f'<rect x="{8 + 30 * k}" y="{18 + 38 * row}" width="22" height="28" fill="{fill}" stroke="{outline}"/>'
+        for k in range(8)
+        for row in range(4)
+    )
+    size = 'width="256" height="180"'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><rect {size} fill="{paper}"/>{blocks}</svg>'
+    assert find_reduction(draw(text, 256, 180).astype(np.float64)) is None

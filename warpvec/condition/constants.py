@@ -112,6 +112,10 @@ class ConditionConstants:
     """Largest curvature of an edge, per pixel; least difference in levels between its sides; and most that its best
     kernel leaves unexplained, as a share of it: corners and thin lines leave more, and tell nothing."""
 
+    rim_max: float = 0.15
+    """Largest height of a rim as a share of its edge: Lanczos kernels overshoot by 9 % at one edge, and by 15 % where
+    two are near."""
+
     reduction_share_max: float = 0.9
     """What the best kernel with rims leaves unexplained is at most this share of what the best without does. Right ones
     leave 0.17 to 0.74 in 16 clean pictures, and up150_mio has 0.70. Bicubic and Lanczos are taken for each other where

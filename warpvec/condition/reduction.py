@@ -19,7 +19,7 @@ def find_reduction(levels: Floats) -> str | None:
     colours and alpha.
     """
     patches = _patches(levels)
-    if len(patches) < CONDITION.patches_min or not _may_be_rimmed(patches):
+    if len(patches) < CONDITION.patches_min or _most_are_plain(levels) or not _may_be_rimmed(patches):
         return None
     fits = {name: fit_edges(patches, name) for name in REDUCTIONS}
     rest = np.stack([fit.rest for fit in fits.values()])
@@ -46,6 +46,30 @@ def _most_are_rimmed(kept: dict[str, Floats]) -> bool:
     )
     has_rim, has_none = rimmed < CONDITION.edge_share_max * plain, plain < CONDITION.edge_share_max * rimmed
     return bool(has_none.sum() <= CONDITION.rimless_edges_max * (has_rim | has_none).sum())
+
+
+def _most_are_plain(levels: Floats) -> bool:
+    """Return whether even areas in ``levels`` [h, w, C] keep their colour up to most of their edges.
+
+    A kernel with negative weights leaves rims beside each edge, unless they were cut off at black or white. Thin lines,
+    which are drawn beside many edges, say nothing: they are stronger than rims, or go the other way.
+    """
+    plain_count = rimmed_count = 0
+    for part in (levels, levels.swapaxes(0, 1)):
+        for way in (1, -1):
+            p = part[:, ::way]
+            far, near, step = p[:, :-5], [p[:, k : -5 + k] for k in (1, 2, 3)], p[:, 5:] - p[:, :-5]
+            size = np.abs(step)
+            is_edge = (size >= CONDITION.patch_slope_min) & (np.abs(p[:, 4:-1] - near[2]) >= 0.2 * size)
+            # A rim goes away from the other side.
+            room = np.where(step > 0, far, 255.0 - far)
+            is_edge &= (room >= CONDITION.rim_max * size) & (np.abs(near[0] - far) <= 1.0)
+            beyond = np.stack([-np.sign(step) * (each - far) for each in near[1:]])
+            is_plain = is_edge & (np.abs(beyond) <= 1.0).all(0)
+            is_rimmed = is_edge & (beyond[1] > 1.0) & (beyond[1] <= CONDITION.rim_max * size)
+            plain_count += int(is_plain.sum())
+            rimmed_count += int(is_rimmed.sum())
+    return plain_count >= CONDITION.patches_min and plain_count > rimmed_count
 
 
 def _may_be_rimmed(patches: Floats) -> bool:

@@ -38,7 +38,7 @@ def _text(drawing: Drawing) -> str | None:
 
 def _areas(drawing: Drawing) -> str | None:
     count = drawing.roughly.get("area", 0)
-    return f"{counted(count, 'small area')} beyond the largest number of paths" if count else None
+    return f"{counted(count, 'small area')} beyond the largest number of paths (more by --curves)" if count else None
 
 
 def _colors(drawing: Drawing) -> str | None:

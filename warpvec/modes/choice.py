@@ -17,6 +17,7 @@ from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.mode_choice import ModeChoice, choose_mode, is_gray
 from warpvec.goals.search import check_possible
 from warpvec.image.alpha import is_transparent
+from warpvec.modes.lines_apart import with_lines_apart
 from warpvec.modes.photo import Photo
 from warpvec.modes.request import Mode, Request
 from warpvec.modes.restored import Restoration, shown_at_usual_size
@@ -61,7 +62,7 @@ def draw_picture(
             return photo.draw(request)
         if not photo.is_plain:
             return photo.draw(_in_mode(request, "photo"))
-        found = Restoration.of(request, known)
+        found = with_lines_apart(Restoration.of(request, known))
         condition, drawn = found.condition, found.request
         if request.settings.mode == "auto":
             drawing = _draw_chosen(drawn, request, condition, photo, outlines)

@@ -151,6 +151,8 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     settings = replace(request.settings, detail=detail)
     # Who asks for colours, or cuts them out of a material each, wants them apart.
     is_by_color = settings.cutout or settings.colors > 0 or settings.palette is not None
+    if request.thin_lines is not None:
+        scene = request.thin_lines.with_scene(scene)
     scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names, simplify=with_simple_outlines)

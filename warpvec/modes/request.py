@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from warpvec.goals.goal import NO_GOAL, Goal
 from warpvec.image.picture import Picture
 from warpvec.watch.watch import Watch
 
+if TYPE_CHECKING:  # it loads SciPy, which the fit of a photo does not need
+    from warpvec.flat.thin_lines.thin_lines import ThinLines
+
 
 @dataclass(frozen=True, eq=False)
 class Request:
@@ -26,12 +29,14 @@ class Request:
         goal: requirements on the file; false for none. ``settings.curves`` is then the most that may be used.
         encoding: how the drawing becomes a file.
         watch: progress, stop, clock and history of the run.
+        thin_lines: straight thin lines, which the copy of the picture is without; None for none.
     """
 
     settings: FitConfig
     goal: Goal
     encoding: Encoding
     watch: Watch
+    thin_lines: ThinLines | None = None
 
     @staticmethod
     def of(

@@ -110,6 +110,7 @@ class _Path:
         others = [slice(a, b) for a, b in pairwise(self._first.tolist()) if not is_met[a]]
         self._others = [_Loop(self._cubics[a], self._is_line[a], np.arange(a.start, a.stop)) for a in others]
         begins = np.searchsorted(rest.curve, [each.start for each in others])
+        begins = begins[begins < len(rest.curve)]  # a loop of one point has no chord
         places = (rest.start[begins] + rest.end[begins]) / 2.0
         if (_windings(own.start, own.end, places) != _windings(*self._outlines.edges(), places)).any():
             self._outline(np.ones_like(is_met))

@@ -1,0 +1,98 @@
+"""Straight thin lines: each line of a hatch, a grid or a staff is one stroke, and what it crosses stays whole."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from warpvec.arrays import Floats, Floats32
+from warpvec.flat.thin_lines.thin_lines import ThinLines, find_thin_lines
+from warpvec.svg.measure import draw
+
+WIDTH, HEIGHT = 160, 120
+
+
+def _picture(elements: str, paper: str = "#fff") -> Floats32:
+    size = f'width="{WIDTH}" height="{HEIGHT}"'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><rect {size} fill="{paper}"/>{elements}</svg>'
+    return (draw(text, WIDTH, HEIGHT) / 255.0).astype(np.float32)
+
+
+def _hatch(angle: float, distance: float) -> Floats:
+    """Return the ends [n, 2, 2] of lines of 60 px around the middle, at an ``angle`` in degrees."""
+    along = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+    across = np.array([-along[1], along[0]])
+    middles = np.array([WIDTH, HEIGHT]) / 2.0 + (distance * np.arange(-5, 6) + 0.3)[:, None] * across
+    return np.stack([middles - 30.0 * along, middles + 30.0 * along], 1)
+
+
+def _elements(ends: Floats, width: float, color: str) -> str:
+    line = '<line x1="{:.3f}" y1="{:.3f}" x2="{:.3f}" y2="{:.3f}" stroke="{}" stroke-width="{}"/>'
+    return "".join(line.format(*each.ravel(), color, width) for each in ends)
+
+
+def _ends(found: ThinLines) -> Floats:
+    """Return the ends [n, 2, 2] of all lines."""
+    return found.strokes.segments[:, 0].double().numpy().reshape(-1, 2, 2)
+
+
+def _off(found: Floats, given: Floats) -> Floats:
+    """Return how far the ends of the nearest line found are from those of each line that was given [n]."""
+    apart = np.abs(found[:, None] - given).max((2, 3))
+    turned = np.abs(found[:, ::-1][:, None] - given).max((2, 3))
+    return np.asarray(np.minimum(apart, turned).min(0))
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 70.0, 90.0])
+@pytest.mark.parametrize("width", [0.5, 0.8, 1.2])
+def test_each_line_of_a_hatch_is_found_once_at_its_place(angle: float, width: float) -> None:
+    given = _hatch(angle, 3.0)
+    # A mark shows the ink: that of lines thinner than a pixel can be told by nothing else.
+    found = find_thin_lines(_picture(_elements(given, width, "#123") + '<rect width="9" height="9" fill="#123"/>'))
+    assert found is not None
+    assert len(_ends(found)) == len(given)
+    assert _off(_ends(found), given).max() < 0.6
+    assert found.strokes.strokes is not None
+    (common,) = set(found.strokes.strokes.width.tolist())
+    assert common == pytest.approx(width, abs=0.06)
+    assert (255.0 * found.strokes.color[0]).round().tolist() == [0x11, 0x22, 0x33]
+
+
+def test_the_lines_of_a_grid_go_through_crossings() -> None:
+    columns = np.array([[[20.3 + 8.0 * k, 12.0], [20.3 + 8.0 * k, 108.0]] for k in range(15)])
+    rows = np.array([[[20.3, 12.0 + 8.0 * k], [132.3, 12.0 + 8.0 * k]] for k in range(13)])
+    given = np.concatenate([columns, rows])
+    found = find_thin_lines(_picture(_elements(given, 0.6, "#48a")))
+    assert found is not None
+    assert len(_ends(found)) == len(given)
+    assert _off(_ends(found), given).max() < 0.2
+    assert np.abs(found.ground - 1.0).max() < 0.01
+
+
+def test_a_shape_that_lines_cross_stays_whole() -> None:
+    shape = '<circle cx="80" cy="60" r="20" fill="#c22"/>'
+    lines = _elements(_hatch(0.0, 9.0), 0.7, "#333")
+    found = find_thin_lines(_picture(lines + shape))
+    assert found is not None
+    off = 255.0 * np.abs(found.ground - _picture(shape)).max(2)
+    # Its edge, where a line ends below it, is known to a part of a pixel only.
+    assert (off > 40.0).sum() <= 2 * 2 * 6
+    assert off[45:75, 70:90].max() < 3.0
+
+
+def test_arcs_edges_letters_and_frames_are_no_thin_lines() -> None:
+    arcs = "".join(f'<circle cx="50" cy="60" r="{r}" fill="none" stroke="#000" stroke-width="0.8"/>' for r in (20, 40))
+    blocks = "".join(
+        f'<rect x="{100 + 14 * k}" y="20" width="9" height="60" fill="#68a" stroke="#024"/>' for k in (0, 1, 2)
+    )
+    assert find_thin_lines(_picture(arcs + blocks)) is None
+
+
+def test_hatching_on_a_colored_paper_is_found() -> None:
+    given = _hatch(45.0, 5.0)
+    found = find_thin_lines(_picture(_elements(given, 0.7, "#fff"), "#1e4d8b"))
+    assert found is not None
+    assert len(_ends(found)) == len(given)
+    assert (255.0 * found.paper).round().tolist() == [0x1E, 0x4D, 0x8B]

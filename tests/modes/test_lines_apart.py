@@ -1,0 +1,32 @@
+"""Straight thin lines are drawn as strokes, and the rest of the picture without them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import warpvec
+from warpvec.svg.measure import draw
+
+SIZE = 'width="96" height="80"'
+ROWS = "".join(f'<path d="M6 {10.3 + 6 * k}H90" stroke="#334" stroke-width="0.6"/>' for k in range(10))
+DISK = '<circle cx="48" cy="40" r="12" fill="#c33"/>'
+
+
+def _picture(elements: str) -> np.ndarray:
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" {SIZE}><rect {SIZE} fill="#fff"/>{elements}</svg>'
+    return (draw(text, 96, 80) / 255.0).astype(np.float32)
+
+
+def test_lines_are_one_path_below_a_whole_shape() -> None:
+    result = warpvec.vectorize(_picture(ROWS + DISK))
+    scene = result.scene
+    assert scene.strokes is not None
+    is_line = scene.strokes.width > 0
+    assert int(is_line.sum()) == 1
+    assert scene.select(is_line.nonzero().flatten()).structure.loop_count == 10
+    assert len(scene) == 2
+
+
+def test_lines_are_traced_as_before_if_nobody_wants_strokes() -> None:
+    result = warpvec.vectorize(_picture(ROWS + DISK), strokes="off")
+    assert result.scene.strokes is None or not bool((result.scene.strokes.width > 0).any())

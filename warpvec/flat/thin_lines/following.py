@@ -1,0 +1,189 @@
+"""Follow straight pieces through crossings to the ends of their lines."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from warpvec.arrays import Floats, Integers, Mask
+from warpvec.flat.constants.thin_lines import THIN_LINES
+from warpvec.flat.thin_lines.pieces import Piece, fitted, is_bent, straight_pieces
+
+
+class ThinLine(NamedTuple):
+    """A straight thin line x = start + slope * y from ``top`` to ``bottom``, or with x and y exchanged.
+
+    Attributes:
+        is_level: whether x and y are exchanged.
+        ink: its ink in a row, summed up [3], in levels.
+        is_crisp: whether it fills whole pixels, and none beside them.
+    """
+
+    start: float
+    slope: float
+    top: float
+    bottom: float
+    is_level: bool
+    ink: Floats
+    is_crisp: bool = False
+
+    @property
+    def ends(self) -> Floats:
+        """Where it starts and ends [2, 2], in pixels, x first."""
+        y = np.array([self.top, self.bottom])
+        points = np.stack([self.start + self.slope * y, y], 1)
+        return points[:, ::-1] if self.is_level else points
+
+    @property
+    def length(self) -> float:
+        """Its length in pixels."""
+        return float(np.hypot(1.0, self.slope) * (self.bottom - self.top))
+
+
+class _Profile(NamedTuple):
+    """The ink along a line in rows [n]: summed up across it [n, 3], its middle, how much there is, its most.
+
+    ``beside`` is the least ink of a pixel on one side, and on the other side if there is more.
+    """
+
+    total: Floats
+    middle: Floats
+    amount: Floats
+    most: Floats
+    beside: Floats
+
+
+def follow_lines(residual: Floats) -> list[ThinLine]:
+    """Return the straight thin lines of a picture by its ``residual`` [h, w, 3], the picture less its paper."""
+    found = []
+    for is_level in (False, True):
+        part = np.ascontiguousarray(residual.swapaxes(0, 1)) if is_level else residual
+        found += _steep_lines(part, is_level)
+    return _each_once(found)
+
+
+def _each_once(lines: list[ThinLine]) -> list[ThinLine]:
+    """Return ``lines`` without those of 45 degrees that were found both ways: the longer ones stay."""
+    kept: list[ThinLine] = []
+    for line in sorted(lines, key=lambda line: -line.length):
+        is_known = abs(line.slope) > 0.9 and any(_lies_on(line, other) for other in kept)
+        if not is_known:
+            kept.append(line)
+    return kept
+
+
+def _lies_on(line: ThinLine, other: ThinLine) -> bool:
+    """Return whether ``line``, found the other way, lies on ``other``."""
+    if line.is_level == other.is_level or abs(other.slope) < 0.9 or line.slope * other.slope < 0:
+        return False
+    x, y = line.ends.mean(0)[:: -1 if other.is_level else 1]
+    return other.top <= y <= other.bottom and abs(other.start + other.slope * y - x) < 0.75
+
+
+def _steep_lines(residual: Floats, is_level: bool) -> list[ThinLine]:
+    ink = np.abs(residual).sum(2)
+    pieces = sorted(straight_pieces(ink), key=lambda piece: piece.first - piece.last)
+    found: list[ThinLine] = []
+    for piece in pieces:
+        if _is_known(piece, found):
+            continue
+        line = _followed(residual, ink, piece, is_level)
+        if line is not None:
+            found.append(line)
+    return found
+
+
+def _is_known(piece: Piece, lines: list[ThinLine]) -> bool:
+    """Return whether a piece lies on one of the ``lines``."""
+    middle = (piece.first + piece.last + 1) / 2.0
+    x = piece.start + piece.slope * middle
+    return any(line.top <= middle <= line.bottom and abs(line.start + line.slope * middle - x) < 0.75 for line in lines)
+
+
+def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> ThinLine | None:
+    """Return the line that goes on from ``piece`` both ways; None if that is no thin line."""
+    start, slope = piece.start, piece.slope
+    clean = np.arange(piece.first, piece.last + 1)
+    for _ in range(3):
+        profile = _profile(residual, ink, start, slope)
+        look = np.median(profile.total[clean], 0)
+        size = float(np.linalg.norm(look))
+        if size * np.sqrt(3.0) < THIN_LINES.contrast_min:
+            return None
+        share = profile.total @ look / size**2
+        is_there = (share >= THIN_LINES.support_min) | (profile.amount >= np.abs(look).sum())
+        first, last = _run(is_there, int(clean[len(clean) // 2]))
+        rows = np.arange(first, last + 1)
+        off = np.linalg.norm(profile.total[rows] - look, axis=1)
+        is_clean = off <= THIN_LINES.clean_difference * size
+        is_clean &= np.abs(profile.middle[rows] - start - slope * (rows + 0.5)) < 2.0 * THIN_LINES.straight_max
+        is_open = share[rows] <= THIN_LINES.reach_max
+        if is_clean.sum() < max(THIN_LINES.length_min, THIN_LINES.clean_share_min * is_open.sum()):
+            return None
+        start, slope, bend = fitted((rows + 0.5).astype(np.float64), profile.middle[rows], is_clean)
+        if abs(slope) > 1.03:
+            return None
+        clean = rows[is_clean]
+    paper_max = np.maximum(THIN_LINES.paper_share * profile.most[clean], THIN_LINES.contrast_min)
+    is_on_paper = np.mean(profile.beside[clean] <= paper_max) >= 0.5
+    if not is_on_paper or is_bent((clean + 0.5).astype(np.float64), bend[is_clean]):
+        return None
+    return _ended(start, slope, profile, rows, clean, share, is_level)
+
+
+def _profile(residual: Floats, ink: Floats, start: float, slope: float) -> _Profile:
+    """Return the ink in each row [h] around a line, as far as one of the largest width reaches."""
+    height, width = ink.shape
+    y = np.arange(height)
+    x = start + slope * (y + 0.5)
+    half = (THIN_LINES.width_max * 0.75 + abs(slope)) / 2.0 + 0.5
+    base = np.floor(x - half + 0.5).astype(np.int64)
+    columns = base[:, None] + np.arange(int(np.ceil(2.0 * half)) + 1)
+    is_in = (columns + 0.5 >= (x - half)[:, None]) & (columns + 0.5 <= (x + half)[:, None])
+    is_in &= (columns >= 0) & (columns < width)
+    part = np.where(is_in[..., None], residual[y[:, None], columns.clip(0, width - 1)], 0.0)
+    amount = np.where(is_in, ink[y[:, None], columns.clip(0, width - 1)], 0.0)
+    whole = amount.sum(1)
+    middle = (amount * (columns + 0.5)).sum(1) / np.maximum(whole, 1e-9)
+    return _Profile(part.sum(1), middle, whole, amount.max(1), _beside(ink, np.floor(x).astype(np.int64)))
+
+
+def _beside(ink: Floats, column: Integers) -> Floats:
+    """Return the least ink within three pixels on one side of each ``column`` [h], or on the other if that is more."""
+    rows = np.arange(len(column))[:, None]
+    padded = np.pad(ink, ((0, 0), (3, 3)))
+    steps = np.arange(1, 4)
+    column = column.clip(0, ink.shape[1] - 1)[:, None] + 3
+    return np.maximum(padded[rows, column + steps].min(1), padded[rows, column - steps].min(1))
+
+
+def _run(is_there: Mask, place: int) -> tuple[int, int]:
+    """Return the first and last row of the run of ``is_there`` [h] around ``place``."""
+    gaps = np.flatnonzero(~is_there)
+    k = int(np.searchsorted(gaps, place))
+    first = int(gaps[k - 1]) + 1 if k else 0
+    last = int(gaps[k]) - 1 if k < len(gaps) else len(is_there) - 1
+    return min(first, place), max(last, place)
+
+
+def _ended(
+    start: float, slope: float, profile: _Profile, rows: Integers, clean: Integers, share: Floats, is_level: bool
+) -> ThinLine:
+    """Return a line with its ends: part of a pixel has part of the ink, and in larger shapes it goes on for a pixel."""
+    look = np.median(profile.total[clean], 0)
+    first, last = max(int(rows[0]), int(clean[0]) - 3), min(int(rows[-1]), int(clean[-1]) + 3)
+
+    def part(row: int) -> float:
+        return float(np.clip(share[row], 0.0, 1.0)) if 0 <= row < len(share) else 0.0
+
+    top = first - part(first - 1) if first == rows[0] and part(first - 1) < THIN_LINES.support_min else float(first)
+    bottom = float(last + 1)
+    if last == rows[-1] and part(last + 1) < THIN_LINES.support_min:
+        bottom += part(last + 1)
+    if first == rows[0] and share[first] < 1.0 and part(first - 1) < 0.1:
+        top += 1.0 - part(first)
+    if last == rows[-1] and share[last] < 1.0 and part(last + 1) < 0.1:
+        bottom -= 1.0 - part(last)
+    is_crisp = bool(np.median(profile.most[clean] / np.maximum(profile.amount[clean], 1e-9)) > 0.97)
+    return ThinLine(start, slope, top, bottom, is_level, look, is_crisp)

@@ -1,0 +1,169 @@
+"""Find the straight thin lines of a drawing, and the picture without them.
+
+A staff, a table, graph paper or a hatch is a set of equal lines that go straight through all that they cross. Traced by
+regions, each would be cut into the sides of its meshes, and one thinner than a pixel would have no region. So the lines
+are found first, on the paper, and the picture without them is drawn as if they were not there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy import ndimage
+
+from warpvec.arrays import Floats, Floats32, Integers, Mask
+from warpvec.flat.constants.thin_lines import THIN_LINES
+from warpvec.flat.lines.line import DrawnLine, scene_of
+from warpvec.flat.strokes.line_fitting import Rows
+from warpvec.flat.thin_lines.following import ThinLine, follow_lines
+from warpvec.flat.thin_lines.looks import EqualLines, equal_lines
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import BUTT
+from warpvec.svg.measure import draw
+from warpvec.svg.write import write_svg
+
+
+class ThinLines(NamedTuple):
+    """The straight thin lines of a picture.
+
+    Attributes:
+        strokes: a path for equal lines of one direction, each line a loop of it.
+        paper: the colour [3] that they lie on, sRGB-encoded in [0, 1].
+        ground: the picture without them [h, w, 3].
+    """
+
+    strokes: Scene
+    paper: Floats
+    ground: Floats32
+
+    def with_scene(self, scene: Scene) -> Scene:
+        """Return ``scene``, a drawing of the ground, above the lines; below them if its canvas is not the paper."""
+        canvas = np.ones(3) if scene.transparent else scene.background.numpy().astype(np.float64)
+        is_paper = np.abs(canvas - self.paper).max() <= THIN_LINES.explained
+        lines = replace(self.strokes, background=scene.background, transparent=scene.transparent)
+        return lines.joined(scene) if is_paper else scene.joined(lines)
+
+
+def find_thin_lines(image: Floats32) -> ThinLines | None:
+    """Return the straight thin lines of an opaque ``image`` [h, w, 3], sRGB-encoded in [0, 1]; None if it has none."""
+    levels = np.rint(255.0 * image.astype(np.float64))
+    colors, counts = _frequent_colors(levels)
+    paper = colors[counts.argmax()]
+    if counts.max() < THIN_LINES.paper_share_min * levels[..., 0].size:
+        return None
+    lines = follow_lines(levels - paper)
+    inks = colors[counts >= THIN_LINES.ink_pixels_min]
+    found = equal_lines(lines, paper, inks)
+    if not found:
+        return None
+    strokes = scene_of([[_drawn(line, each) for line in each.lines] for each in _joined(found)])
+    return ThinLines(strokes, paper / 255.0, _without(levels, paper, strokes))
+
+
+def _frequent_colors(levels: Floats) -> tuple[Floats, Integers]:
+    """Return the colours [n, 3] of ``levels`` [h, w, 3], and how many pixels have each [n]."""
+    codes, counts = np.unique((levels @ [65536.0, 256.0, 1.0]).astype(np.int64), return_counts=True)
+    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], 1).astype(np.float64), counts
+
+
+def _drawn(line: ThinLine, equal: EqualLines) -> DrawnLine:
+    start, end = line.ends
+    control = np.array([[start, start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], [end, end, end]])
+    red, green, blue = (equal.color / 255.0).tolist()
+    return DrawnLine(Rows(control, np.array([True, True]), True), equal.width, BUTT, color=(red, green, blue))
+
+
+def _joined(found: list[EqualLines]) -> list[EqualLines]:
+    """Return lines whose ends within a pixel and a half of another line lie on it: corners of frames and tables."""
+    every = [line for each in found for line in each.lines]
+    return [EqualLines([_on_others(line, every) for line in each.lines], each.color, each.width) for each in found]
+
+
+def _on_others(line: ThinLine, others: list[ThinLine]) -> ThinLine:
+    """Return ``line`` with each end on the nearest of the ``others`` that cross it there."""
+    places = []
+    for other in others:
+        if other.is_level == line.is_level:
+            continue
+        # x = a + b y and y = c + d x
+        y = (other.start + other.slope * line.start) / max(1.0 - other.slope * line.slope, 1e-9)
+        x = line.start + line.slope * y
+        if other.top - 1.5 <= x <= other.bottom + 1.5:
+            places.append(y)
+    if not places:
+        return line
+    near = np.array(places)
+    top, bottom = (float(near[np.abs(near - end).argmin()]) for end in (line.top, line.bottom))
+    top = top if abs(top - line.top) <= 1.5 else line.top
+    bottom = bottom if abs(bottom - line.bottom) <= 1.5 else line.bottom
+    return line._replace(top=top, bottom=bottom) if bottom > top else line
+
+
+def _without(levels: Floats, paper: Floats, strokes: Scene) -> Floats32:
+    """Return the picture ``levels`` [h, w, 3] without ``strokes`` on ``paper`` [3].
+
+    Where it is paper with lines, the paper stays. Where a shape covers some of that, its share is what the picture
+    differs from the paper with lines, over what the shape does. Where a line covers a pixel, its neighbours tell.
+    """
+    height, width = levels.shape[:2]
+    layer = draw(write_svg(strokes, width, height), width, height, transparent=True).astype(np.float64)
+    alpha = layer[..., 3:] / 255.0
+    shown = paper + alpha * (layer[..., :3] - paper)
+    is_line = alpha[..., 0] > 0.0
+    # In the picture, what differs from paper with lines is a shape.
+    off = np.abs(levels - shown).max(2)
+    contrast = np.abs(levels - paper).max()
+    is_plain = off <= THIN_LINES.explained * contrast + 2.0
+    shape = _strongest(levels - paper, ~is_line | ~is_plain) + paper
+    step = shape - shown
+    size = np.square(step).sum(2)
+    share = ((levels - shown) * step).sum(2) / np.maximum(size, 1.0)
+    found = np.where(is_plain[..., None], paper, paper + share.clip(0.0, 1.0)[..., None] * (shape - paper))
+    result = np.where(is_line[..., None], found, levels)
+    is_open = is_line & (alpha[..., 0] > 0.7) & ndimage.maximum_filter(~is_plain | (~is_line & (off > 2.0)), 3)
+    is_shape = _filled(np.abs(result - paper).max(2) > 0.5 * np.abs(shape - paper).max(2), is_open)
+    result[is_open] = np.where(is_shape[..., None], shape, paper)[is_open]
+    result[_left_over(np.abs(result - paper).max(2) > 2.0, is_line)] = paper
+    return (result / 255.0).astype(np.float32)
+
+
+def _left_over(is_shape: Mask, is_line: Mask) -> Mask:
+    """Return the pixels [h, w] of specks that touch a line: what is left of its end."""
+    labels, count = ndimage.label(is_shape, np.ones((3, 3)))
+    areas = np.bincount(labels.ravel(), minlength=count + 1)
+    touches = np.zeros(count + 1, bool)
+    touches[np.unique(labels[ndimage.binary_dilation(is_line, np.ones((3, 3)))])] = True
+    is_speck = touches & (areas <= THIN_LINES.speck_area)
+    is_speck[0] = False
+    return np.asarray(is_speck[labels])
+
+
+def _strongest(residual: Floats, is_known: Mask) -> Floats:
+    """Return the residual [h, w, 3] that is strongest of those known [h, w] within two pixels of each pixel."""
+    size = np.where(is_known, np.square(residual).sum(2), 0.0)
+    best, result = size.copy(), np.where(is_known[..., None], residual, 0.0)
+    padded, sizes = np.pad(residual, ((2, 2), (2, 2), (0, 0))), np.pad(size, 2)
+    height, width = size.shape
+    for down in range(5):
+        for right in range(5):
+            window = slice(down, down + height), slice(right, right + width)
+            is_better = sizes[window] > best
+            best = np.where(is_better, sizes[window], best)
+            result = np.where(is_better[..., None], padded[window], result)
+    return result
+
+
+def _filled(mask: Mask, is_open: Mask) -> Mask:
+    """Return ``mask`` [h, w] with what most known neighbours say in pixels that are open [h, w]."""
+    value, known = np.where(is_open, 0.0, mask), (~is_open).astype(np.float64)
+    for _ in range(4):
+        if known.all():
+            break
+        weight = ndimage.uniform_filter(known, 3, mode="nearest")
+        mean = ndimage.uniform_filter(value * known, 3, mode="nearest")
+        is_new = (known == 0.0) & (weight > 1e-6)
+        value[is_new] = np.rint(mean / np.maximum(weight, 1e-6))[is_new]
+        known[is_new] = 1.0
+    return np.asarray(value > 0.5)
