@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 def with_arcs(scene: Scene, precision: int, units: float) -> Scene:
     """Return the cubic ``scene``, whose points are at whole ticks of ``10**-precision``, with true arcs.
 
-    Two or more curves of a loop that lie on one circle, within ``MISS_MAX``, become those of an arc. A whole circle
+    Curves of a loop that lie on one circle, within ``MISS_MAX``, become those of an arc. A whole circle
     becomes two halves. Forms stay.
 
     Args:

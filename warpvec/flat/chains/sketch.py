@@ -1,0 +1,100 @@
+"""From chains to a sketch: the chosen parts as nodes, bulges and handles, and which joints are smooth."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpvec.arrays import Floats, Integers
+from warpvec.flat.chains.chain import Chain, split
+from warpvec.flat.chains.choice import Part, chosen_parts, is_smooth_joint
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE
+from warpvec.flat.chains.solve import Sketch
+
+
+def parted(chain: Chain, weights: Floats, spread: float, number_nats: float) -> tuple[Chain, Floats, list[Part]]:
+    """Return a chain, the ``weights`` between its points, and its cheapest parts.
+
+    A closed chain begins at a corner, or where a part ends in a first search.
+    """
+    if chain.is_closed:
+        corners = np.flatnonzero(chain.is_corner)
+        if len(corners):
+            start = int(corners[0])
+        else:
+            parts = chosen_parts(chain, weights, spread, number_nats)
+            start = parts[len(parts) // 2].first if len(parts) > 1 else 0
+        begun = chain.begun_at(start)
+        if begun is not chain:
+            weights = _weights_from(chain, weights, start, len(begun.lengths))
+            chain = begun
+    return chain, weights, chosen_parts(chain, weights, spread, number_nats)
+
+
+def _weights_from(chain: Chain, weights: Floats, start: int, count: int) -> Floats:
+    """Return ``weights`` between points of a closed chain that begins at ``start``, and has ``count`` steps."""
+    rolled = np.roll(weights, -start)
+    place = np.cumsum(np.roll(chain.lengths, -start))
+    even = (np.arange(count) + 0.5) / count * place[-1]
+    found: Floats = rolled[np.minimum(np.searchsorted(place, even), len(rolled) - 1)]
+    return found
+
+
+def sketch_of(found: list[tuple[Chain, Floats, list[Part]]], spread: float) -> Sketch:
+    """Return the sketch of chains with their weights and parts."""
+    kinds, columns, owners, firsts, lasts = [], list[Integers](), [], [], []
+    values: list[float] = []
+    smooth: list[tuple[int, int]] = []
+    ranges: list[tuple[int, int]] = []
+    for number, (chain, _, parts) in enumerate(found):
+        begin, node = len(kinds), len(values)
+        places = [part.first for part in parts] + ([] if chain.is_closed else [parts[-1].last])
+        values += chain.points[places].ravel().tolist()
+        count = len(places)
+        for k, part in enumerate(parts):
+            own = [node + 2 * k, node + 2 * k + 1]
+            following = (k + 1) % count
+            own += [node + 2 * following, node + 2 * following + 1]
+            more = _more_numbers(chain, part)
+            own += range(len(values), len(values) + len(more))
+            values += more
+            kinds.append(part.kind)
+            columns.append(np.array(own))
+            owners.append(number)
+            firsts.append(part.first)
+            lasts.append(part.last)
+        ranges.append((begin, len(kinds)))
+        smooth += _smooth_joints(chain, parts, begin, spread)
+    pairs = np.array(smooth, np.int64).reshape(-1, 2)
+    return Sketch(
+        np.array(kinds), columns, np.array(values), np.array(owners), np.array(firsts), np.array(lasts), pairs, ranges,
+        [weights for _, weights, _ in found], [chain for chain, _, _ in found],
+    )  # fmt: skip
+
+
+def _more_numbers(chain: Chain, part: Part) -> list[float]:
+    """Return the numbers of a part beside its ends."""
+    if part.kind == LINE:
+        return []
+    if part.kind == ARC:
+        return [part.bulge]
+    curve = chain.curves[chain.curve[part.first]]
+    start, stop = chain.parameters[part.first, 0], chain.parameters[part.last - 1, 1]
+    first, _ = split(curve, stop)
+    _, own = split(first, start / stop)
+    handles: list[float] = own[1:3].ravel().tolist()
+    return handles
+
+
+def _smooth_joints(chain: Chain, parts: list[Part], begin: int, spread: float) -> list[tuple[int, int]]:
+    """Return the pairs of parts that go on in one direction, numbered from ``begin`` on."""
+    found, count = [], len(parts)
+    for k in range(count if chain.is_closed else count - 1):
+        before, after = parts[k], parts[(k + 1) % count]
+        lengths = [float(chain.lengths[each.first : each.last].sum()) for each in (before, after)]
+        if not chain.is_corner[after.first] and count > 1:
+            if is_smooth_joint(before, after, spread, (lengths[0], lengths[1])):
+                found.append((begin + k, begin + (k + 1) % count))
+    return found
+
+
+__all__ = ["CUBIC", "parted", "sketch_of"]

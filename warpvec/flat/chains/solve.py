@@ -1,0 +1,240 @@
+"""Solve the numbers of chains of parts: as near to the chains as their smooth joints and relations allow.
+
+All numbers of a drawing are one vector: both coordinates of each node, then the bulge of each arc and the handles of each
+cubic. Coordinates that are said to be equal, or mirrored, are one free number. What is not linear, such as smooth joints
+and equal radii, is held by weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import linalg
+
+from warpvec.arrays import Floats, Integers, Mask
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.parts import ARC, CUBIC, SAMPLES, SIZES, drawn, radius_of
+
+ROUNDS = 8
+"""Gauss-Newton steps. The last ones move nodes by less than a thousandth of a pixel."""
+
+HELD = 3e3
+"""Weight of what is held, over that of a pixel of distance: what is left of it is below the last decimal of files."""
+
+HOLD_REACH = 20.0
+"""Length in pixels whose end a smooth joint holds: a turn of a hundredth of a degree moves it by 0.003 px."""
+
+END = 3.0
+"""Weight of the ends of open chains: a cap is as wide as some pixels of outline."""
+
+STAY = 0.02
+"""Weight by which a number stays where it is in a step: what nothing else holds, such as nodes along a line."""
+
+STEP = 1e-5
+"""Change of a number in pixels by which derivatives are measured."""
+
+MOVE_MAX = 3.0
+"""Largest change of a number in a step, in pixels."""
+
+
+@dataclass(eq=False)
+class Sketch:
+    """Chains of parts with their numbers.
+
+    Attributes:
+        kind: of each part [P].
+        columns: where the numbers of each part are in the vector: P arrays.
+        numbers: the vector [M].
+        chain: the chain of each part [P].
+        first, last: the points of its chain between which each part is [P].
+        smooth: pairs of parts that go on in one direction [J, 2].
+        lines: where each chain has its parts: ranges.
+        weights: how well the picture shows each chain between its points.
+        chains: the chains.
+    """
+
+    kind: Integers
+    columns: list[Integers]
+    numbers: Floats
+    chain: Integers
+    first: Integers
+    last: Integers
+    smooth: Integers
+    ranges: list[tuple[int, int]]
+    weights: list[Floats]
+    chains: list[Chain]
+    radii: list[list[int]] = field(default_factory=list)
+    equal: list[tuple[int, int, float, float]] = field(default_factory=list)
+
+    def of(self, part: int) -> Floats:
+        """Return the numbers of a part."""
+        return self.numbers[self.columns[part]]
+
+    def rows_of_kind(self, kind: int) -> Integers:
+        """Return the parts of a kind."""
+        return np.flatnonzero(self.kind == kind)
+
+
+def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
+    """Move the numbers of ``sketch`` as near to its chains as what is held allows."""
+    basis = _basis(sketch)
+    free = np.asarray(linalg.lsqr(basis, sketch.numbers, atol=1e-12, btol=1e-12)[0]) if sketch.equal else sketch.numbers
+    sketch.numbers = basis @ free
+    for _ in range(rounds):
+        residual, slopes = _equations(sketch)
+        slopes = slopes @ basis
+        matrix = (slopes.T @ slopes + STAY**2 * sparse.eye(len(free))).tocsc()
+        step = -np.asarray(linalg.spsolve(matrix, slopes.T @ residual))
+        most = float(np.abs(step).max(initial=0.0))
+        free = free + step * min(1.0, MOVE_MAX / max(most, 1e-12))
+        sketch.numbers = basis @ free
+        if most < 1e-4:
+            break
+
+
+def _basis(sketch: Sketch) -> sparse.csr_matrix:
+    """Return how the numbers [M] follow from free ones: equal (sign 1) or mirrored (sign -1) ones share one.
+
+    ``equal`` has pairs (i, j, sign, sum): number i is sign * number j + sum. The sum is dropped: see `Sketch.equal`.
+    """
+    count = len(sketch.numbers)
+    root, sign = np.arange(count), np.ones(count)
+    for i, j, way, _ in sketch.equal:
+        a, b = int(root[i]), int(root[j])
+        if a == b:
+            continue
+        own = root == a
+        sign[own] *= sign[i] * way * sign[j]
+        root[own] = b
+    used, column = np.unique(root, return_inverse=True)
+    return sparse.csr_matrix((sign, (np.arange(count), column)), shape=(count, len(used)))
+
+
+class _Triplets:
+    """Rows of a sparse matrix and their residuals."""
+
+    def __init__(self) -> None:
+        self.count, self._parts, self._residual = 0, list[tuple[Floats, Integers, Integers]](), list[Floats]()
+
+    def add(self, residual: Floats, values: Floats, columns: Integers) -> None:
+        """Add rows [R] with ``values`` [R, K] at ``columns`` [R, K]."""
+        rows = np.arange(len(residual)) + self.count
+        self._parts.append((values.ravel(), np.repeat(rows, values.shape[1]), columns.ravel()))
+        self._residual.append(residual)
+        self.count += len(residual)
+
+    def matrix(self, width: int) -> tuple[Floats, sparse.csr_matrix]:
+        """Return the residuals [R] and the matrix [R, width]."""
+        values, rows, columns = (np.concatenate(each) for each in zip(*self._parts, strict=True))
+        found = sparse.coo_matrix((values, (rows, columns)), shape=(self.count, width)).tocsr()
+        return np.concatenate(self._residual), found
+
+
+def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
+    found = _Triplets()
+    ways: dict[int, tuple[Floats, Floats, Floats]] = {}
+    for kind, size in SIZES.items():
+        parts = sketch.rows_of_kind(kind)
+        if not len(parts):
+            continue
+        numbers = np.stack([sketch.of(part) for part in parts])
+        columns = np.stack([sketch.columns[part] for part in parts])
+        points, ends = drawn(kind, numbers)
+        moves, turns = _derivatives(kind, numbers, size)
+        for row, part in enumerate(parts.tolist()):
+            ways[part] = ends[row], turns[:, row], columns[row]
+            residual, normal, weight = _distances(sketch, part, points[row])
+            slopes = np.einsum("kpd,pd->pk", moves[:, row], normal) * weight[:, None]
+            found.add(residual * weight, slopes, np.repeat(columns[row][None], SAMPLES, 0))
+    _hold_ends(sketch, found)
+    _hold_joints(sketch, ways, found)
+    _hold_radii(sketch, found)
+    return found.matrix(len(sketch.numbers))
+
+
+def _derivatives(kind: int, numbers: Floats, size: int) -> tuple[Floats, Floats]:
+    """Return how points [K, B, SAMPLES, 2] and directions [K, B, 2, 2] of parts follow each of their K numbers."""
+    moves, turns = [], []
+    for k in range(size):
+        more, less = numbers.copy(), numbers.copy()
+        more[:, k] += STEP
+        less[:, k] -= STEP
+        after, before = drawn(kind, more), drawn(kind, less)
+        moves.append((after[0] - before[0]) / (2.0 * STEP))
+        turns.append((after[1] - before[1]) / (2.0 * STEP))
+    return np.stack(moves), np.stack(turns)
+
+
+def _distances(sketch: Sketch, part: int, points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return signed distances of ``points`` [S, 2] of a part from its chain, normals [S, 2] and weights [S]."""
+    chain, first, last = sketch.chains[sketch.chain[part]], int(sketch.first[part]), int(sketch.last[part])
+    off = np.square(points[:, None] - chain.points[first : last + 1]).sum(2)
+    near = first + np.argmin(off, 1)
+    ahead = ((points - chain.points[near]) * chain.along[near]).sum(1) >= 0.0
+    start = np.clip(np.where(ahead, near, near - 1), first, last - 1)
+    stop = start + 1
+    way = chain.points[stop] - chain.points[start]
+    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+    normal = np.stack([-way[:, 1], way[:, 0]], 1)
+    a, b, c = chain.points[start], chain.middles[start], points
+    # The chain bends between its points: its middle says how far.
+    span = np.maximum(np.linalg.norm(chain.points[stop] - a, axis=1), 1e-9)
+    share = np.clip(((c - a) * way).sum(1) / span, 0.0, 1.0)
+    bend = 4.0 * share * (1.0 - share) * ((b - a) * normal).sum(1)
+    residual = ((c - a) * normal).sum(1) - bend
+    length = chain.lengths[sketch.first[part] : sketch.last[part]].sum() / SAMPLES
+    seen = sketch.weights[sketch.chain[part]][start]
+    return residual, normal, np.sqrt(length * np.maximum(seen, 1e-4))
+
+
+def _hold_ends(sketch: Sketch, found: _Triplets) -> None:
+    """Hold both ends of open chains: nothing else does along the chain."""
+    for number, (begin, end) in enumerate(sketch.ranges):
+        chain = sketch.chains[number]
+        if not chain.is_closed:
+            columns = np.concatenate([sketch.columns[begin][:2], sketch.columns[end - 1][2:4]])
+            off = sketch.numbers[columns] - chain.points[[0, -1]].ravel()
+            found.add(END * off, np.full((4, 1), END), columns[:, None])
+
+
+def _hold_joints(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]], found: _Triplets) -> None:
+    for before, after in sketch.smooth.tolist():
+        (first, first_turns, first_columns), (second, second_turns, second_columns) = ways[before], ways[after]
+        u, v = first[1], second[0]
+        slopes = [
+            first_turns[:, 1, 0] * v[1] - first_turns[:, 1, 1] * v[0],
+            u[0] * second_turns[:, 0, 1] - u[1] * second_turns[:, 0, 0],
+        ]
+        weight = HELD * HOLD_REACH
+        found.add(
+            np.array([weight * (u[0] * v[1] - u[1] * v[0])]),
+            weight * np.concatenate(slopes)[None],
+            np.concatenate([first_columns, second_columns])[None],
+        )
+
+
+def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
+    for group in sketch.radii:
+        pairs = [(group[0], other) for other in group[1:]]
+        for pair in pairs:
+            values, columns, radii = [], [], []
+            for part, side in zip(pair, (1.0, -1.0), strict=True):
+                numbers = sketch.of(part)[None]
+                sign = np.sign(numbers[0, 4]) * side
+                radii.append(sign * radius_of(numbers)[0])
+                steps = np.eye(SIZES[ARC]) * STEP
+                values.append(sign * (radius_of(numbers + steps) - radius_of(numbers - steps)) / (2.0 * STEP))
+                columns.append(sketch.columns[part])
+            found.add(np.array([HELD * sum(radii)]), HELD * np.concatenate(values)[None],
+                      np.concatenate(columns)[None])  # fmt: skip
+
+
+def reach_of(sketch: Sketch, part: int) -> float:
+    """Return the length of the chord of a part in pixels."""
+    numbers = sketch.of(part)
+    return float(np.linalg.norm(numbers[2:4] - numbers[:2]))
+
+
+__all__ = ["ARC", "CUBIC", "Mask", "Sketch", "reach_of", "solved"]

@@ -1,0 +1,82 @@
+"""Tell which chains of a drawing the picture accepts: the exact error near them may hardly rise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from warpvec.arrays import Floats, Floats32, Integers, Mask
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
+from warpvec.flat.simplification.outline_samples import control_points, segment_loops
+from warpvec.geometry.scene import Scene
+from warpvec.rendering.draw import draw_exactly
+
+SHIFT = 0.25
+"""Move in pixels of the whole drawing that tells what a move of an outline costs, for strokes too."""
+
+PEAK = 2.0
+"""The same move of a part alone, in those of whole chains, as `STROKES.close_peak`."""
+
+
+@dataclass(eq=False)
+class Verdict:
+    """What is known of a drawing before its chains change.
+
+    Attributes:
+        scene: the drawing.
+        critic: judges it against the picture.
+        detail: root mean square in pixels by which an outline may move, as the picture shows it.
+    """
+
+    scene: Scene
+    critic: Critic
+    detail: float
+
+    @cached_property
+    def _before(self) -> Floats32:
+        return self.critic.error(self.scene)
+
+    @cached_property
+    def _worth(self) -> Floats32:
+        """Rise of the squared error in each pixel [h, w] by a move of the outlines there by a pixel."""
+        shown = self._shown(self.scene)
+        moved = [self._shown(self.scene.moved(*way)) - shown for way in ((SHIFT, 0.0), (0.0, SHIFT))]
+        mattes = 2.0 if self.scene.transparent else 1.0
+        total: Floats32 = np.add(*(np.square(each).sum(-1) for each in moved)) / (SHIFT**2 * mattes)
+        return total
+
+    def _shown(self, scene: Scene) -> Floats32:
+        """Return the image of ``scene`` [h, w, 3], or that over black and over white [h, w, 6] if it is transparent."""
+        height, width = self.critic.image.shape[:2]
+        image = draw_exactly(scene, height, width, self.critic.config.threads)
+        if not scene.transparent:
+            return image
+        dark = image[..., :3] * image[..., 3:]
+        return np.concatenate([dark, dark + 1.0 - image[..., 3:]], 2)
+
+    def refused(self, new: Scene, changed: Mask) -> Mask:
+        """Return which of the ``changed`` loops [L] of ``new`` the picture refuses [L]; its loops are those of old."""
+        rise, count = self.critic.error(new) - self._before, new.structure.loop_count
+        wrong = np.zeros(count, bool)
+        for scene in (self.scene, new):
+            control, loop = control_points(scene), segment_loops(scene)
+            reach = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy() / 2.0
+            own = reach[scene.structure.segment_path.numpy()][:, None]
+            for owner, total, share, noise in (
+                (loop, count, 1.0, SIMPLIFICATION.whole_noise),
+                (np.arange(len(control)), len(control), PEAK, SIMPLIFICATION.noise),
+            ):
+                over = self._is_over(rise, control, owner, total, own, share * self.detail, noise)
+                wrong[loop[over[owner]]] = True
+        return wrong & changed
+
+    def _is_over(
+        self, rise: Floats32, control: Floats, owner: Integers, count: int, reach: Floats, detail: float, noise: float
+    ) -> Mask:
+        """Return which owners [count] of segments ``control`` [R, 4, 2] have more ``rise`` [h, w] in their box."""
+        low, high = boxes_of(np.stack([control.min(1) - reach, control.max(1) + reach], 1), owner, count)
+        return errors_in_boxes(rise, low, high) > detail**2 * errors_in_boxes(self._worth, low, high) + noise
