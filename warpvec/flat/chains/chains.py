@@ -12,6 +12,7 @@ from warpvec.arrays import Floats, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.parts import LINE, rows_of
+from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
 from warpvec.flat.chains.solve import Sketch, solved
 from warpvec.flat.chains.verdict import Verdict
@@ -22,8 +23,9 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch
 
-SPREADS = (1.0, 0.4)
-"""Shares of the detail that are tried as the deviation of places. What the picture refuses is tried with the next."""
+TRIED = ((1.0, True), (1.0, False), (0.4, True))
+"""Shares of the detail that are tried as the deviation of places, and whether with relations. What the picture refuses is
+tried with the next."""
 
 CURVES_MAX = 400
 """Most curves of a chain that is looked at: longer ones are no designer's."""
@@ -41,10 +43,10 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
     verdict = Verdict(scene, critic, detail)
     left = _chains_of(scene)
     found: dict[int, tuple[Floats, Mask]] = {}
-    for share in SPREADS:
+    for share, is_regular in TRIED:
         if not left or watch.is_over():
             break
-        tried = found | _said(left, share * detail, number_nats(max(critic.image.shape[:2])))
+        tried = found | _said(left, share * detail, number_nats(max(critic.image.shape[:2])), is_regular)
         while tried.keys() - found.keys():
             changed = np.isin(np.arange(scene.structure.loop_count), list(tried.keys() - found.keys()))
             refused = verdict.refused(with_rows(scene, tried), changed)
@@ -70,11 +72,14 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
     return found
 
 
-def _said(chains: dict[int, Chain], spread: float, nats: float) -> dict[int, tuple[Floats, Mask]]:
+def _said(chains: dict[int, Chain], spread: float, nats: float, is_regular: bool) -> dict[int, tuple[Floats, Mask]]:
     """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S]."""
     parts = [parted(chain, np.ones(len(chain.lengths)), spread, nats) for chain in chains.values()]
     sketch = sketch_of(parts, spread)
     solved(sketch)
+    if is_regular:
+        find_relations(sketch, spread)
+        solved(sketch)
     return {loop: _rows(sketch, number) for number, loop in enumerate(chains)}
 
 

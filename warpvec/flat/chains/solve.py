@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import linalg
+from scipy.sparse import csgraph, linalg
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.chains.chain import Chain
@@ -50,9 +50,12 @@ class Sketch:
         chain: the chain of each part [P].
         first, last: the points of its chain between which each part is [P].
         smooth: pairs of parts that go on in one direction [J, 2].
-        lines: where each chain has its parts: ranges.
+        ranges: the first part of each chain, and the one after its last.
         weights: how well the picture shows each chain between its points.
         chains: the chains.
+        radii: groups of arcs of one radius.
+        equal: pairs of numbers that are one.
+        diagonal: lines that rise by 45 degrees.
     """
 
     kind: Integers
@@ -65,8 +68,9 @@ class Sketch:
     ranges: list[tuple[int, int]]
     weights: list[Floats]
     chains: list[Chain]
-    radii: list[list[int]] = field(default_factory=list)
-    equal: list[tuple[int, int, float, float]] = field(default_factory=list)
+    radii: list[Integers] = field(default_factory=list)
+    equal: list[list[int]] = field(default_factory=list)
+    diagonal: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def of(self, part: int) -> Floats:
         """Return the numbers of a part."""
@@ -80,7 +84,7 @@ class Sketch:
 def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
     """Move the numbers of ``sketch`` as near to its chains as what is held allows."""
     basis = _basis(sketch)
-    free = np.asarray(linalg.lsqr(basis, sketch.numbers, atol=1e-12, btol=1e-12)[0]) if sketch.equal else sketch.numbers
+    free = (basis.T @ sketch.numbers) / np.asarray(basis.sum(0)).ravel()
     sketch.numbers = basis @ free
     for _ in range(rounds):
         residual, slopes = _equations(sketch)
@@ -95,21 +99,12 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
 
 
 def _basis(sketch: Sketch) -> sparse.csr_matrix:
-    """Return how the numbers [M] follow from free ones: equal (sign 1) or mirrored (sign -1) ones share one.
-
-    ``equal`` has pairs (i, j, sign, sum): number i is sign * number j + sum. The sum is dropped: see `Sketch.equal`.
-    """
-    count = len(sketch.numbers)
-    root, sign = np.arange(count), np.ones(count)
-    for i, j, way, _ in sketch.equal:
-        a, b = int(root[i]), int(root[j])
-        if a == b:
-            continue
-        own = root == a
-        sign[own] *= sign[i] * way * sign[j]
-        root[own] = b
-    used, column = np.unique(root, return_inverse=True)
-    return sparse.csr_matrix((sign, (np.arange(count), column)), shape=(count, len(used)))
+    """Return how the numbers [M] follow from free ones [F]: those that are equal share one."""
+    count, ones = len(sketch.numbers), np.ones(len(sketch.equal))
+    pairs = np.array(sketch.equal, np.int64).reshape(-1, 2).T
+    graph = sparse.coo_matrix((ones, (pairs[0], pairs[1])), shape=(count, count))
+    free, column = csgraph.connected_components(graph, directed=False)
+    return sparse.csr_matrix((np.ones(count), (np.arange(count), column)), shape=(count, free))
 
 
 class _Triplets:
@@ -151,6 +146,7 @@ def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
     _hold_ends(sketch, found)
     _hold_joints(sketch, ways, found)
     _hold_radii(sketch, found)
+    _hold_diagonals(sketch, found)
     return found.matrix(len(sketch.numbers))
 
 
@@ -229,6 +225,14 @@ def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
                 columns.append(sketch.columns[part])
             found.add(np.array([HELD * sum(radii)]), HELD * np.concatenate(values)[None],
                       np.concatenate(columns)[None])  # fmt: skip
+
+
+def _hold_diagonals(sketch: Sketch, found: _Triplets) -> None:
+    for part in sketch.diagonal:
+        numbers = sketch.of(part)
+        x, y = np.sign(numbers[2:] - numbers[:2]) * HELD
+        off = abs(numbers[2] - numbers[0]) - abs(numbers[3] - numbers[1])
+        found.add(np.array([HELD * off]), np.array([[-x, y, x, -y]]), sketch.columns[part][None])
 
 
 def reach_of(sketch: Sketch, part: int) -> float:
