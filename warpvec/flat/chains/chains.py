@@ -14,10 +14,14 @@ from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.parts import LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
-from warpvec.flat.chains.solve import Sketch, solved
+from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
+from warpvec.flat.chains.choice import numbers_of
+from warpvec.flat.chains.solve import solved
+from warpvec.flat.chains.symmetry import folds_of
 from warpvec.flat.chains.verdict import Verdict
 from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.simplification.outline_samples import cubic_points, segment_loops
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
@@ -40,13 +44,16 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         watch: the watch over the run. When it is over, nothing more is changed.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
     """
+    height, width = critic.image.shape[:2]
     verdict = Verdict(scene, critic, detail)
     left = _chains_of(scene)
     found: dict[int, tuple[Floats, Mask]] = {}
     for share, is_regular in TRIED:
         if not left or watch.is_over():
             break
-        tried = found | _said(left, share * detail, number_nats(max(critic.image.shape[:2])), is_regular)
+        nats = number_nats(max(height, width))
+        fixed = _points_but(scene, left) if is_regular else None
+        tried = found | _said(left, share * detail, nats, fixed, (width / 2.0, height / 2.0))
         while tried.keys() - found.keys():
             changed = np.isin(np.arange(scene.structure.loop_count), list(tried.keys() - found.keys()))
             refused = verdict.refused(with_rows(scene, tried), changed)
@@ -72,24 +79,59 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
     return found
 
 
-def _said(chains: dict[int, Chain], spread: float, nats: float, is_regular: bool) -> dict[int, tuple[Floats, Mask]]:
-    """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S]."""
-    parts = [parted(chain, np.ones(len(chain.lengths)), spread, nats) for chain in chains.values()]
-    sketch = sketch_of(parts, spread)
+def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:
+    """Return points [K, 2] along the outlines of ``scene`` that are none of ``chains``."""
+    control, loop = whole_curves(scene).double().numpy(), segment_loops(scene)
+    stays = ~np.isin(loop, list(chains)) & ~scene.structure.end_rows.numpy()
+    return cubic_points(control[stays], (np.arange(8) + 0.5) / 8).reshape(-1, 2)
+
+
+def _said(
+    chains: dict[int, Chain], spread: float, nats: float, fixed: Floats | None, middle: tuple[float, float]
+) -> dict[int, tuple[Floats, Mask]]:
+    """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S].
+
+    Args:
+        chains: the chains by their loops.
+        spread: deviation of places in pixels.
+        nats: of a number.
+        fixed: points [K, 2] of outlines that stay; None for no relations.
+        middle: of the canvas.
+    """
+    folds = {} if fixed is None else folds_of(chains, fixed, spread)
+    twins = {each[0].twin for each in folds.values()}
+    loops = [loop for loop in chains if loop not in twins]
+    found, chosen = [], {}
+    for number, loop in enumerate(loops):
+        halves = [fold.chain for fold in folds.get(loop, [])] or [chains[loop]]
+        offers = [parted(each, np.ones(len(each.lengths)), spread, nats) for each in halves]
+        best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][2]))
+        found.append(offers[best])
+        if loop in folds:
+            chosen[number] = folds[loop][best]
+    sketch = sketch_of(found, spread)
+    if fixed is not None:
+        hold_folds(sketch, chosen, spread, middle)
     solved(sketch)
-    if is_regular:
+    if fixed is not None:
         find_relations(sketch, spread)
         solved(sketch)
-    return {loop: _rows(sketch, number) for number, loop in enumerate(chains)}
+    rows: dict[int, tuple[Floats, Mask]] = {}
+    for number, loop in enumerate(loops):
+        fold, is_open = chosen.get(number), not chains[loop].is_closed
+        words = words_of(sketch, number) if fold is None or fold.twin is not None else unfolded(sketch, number, fold)
+        rows[loop] = _rows(words, is_open)
+        if fold is not None and fold.twin is not None:
+            rows[fold.twin] = _rows(image_of(words, fold.axis, float(sketch.numbers[sketch.axes[number]])), is_open)
+    return rows
 
 
-def _rows(sketch: Sketch, number: int) -> tuple[Floats, Mask]:
-    """Return the rows of a chain of a sketch, and which are lines."""
-    begin, end = sketch.ranges[number]
-    rows = [rows_of(int(sketch.kind[part]), sketch.of(part)) for part in range(begin, end)]
-    is_line = [np.full(len(own), sketch.kind[part] == LINE) for own, part in zip(rows, range(begin, end), strict=True)]
-    if not sketch.chains[number].is_closed:
-        rows.append(np.repeat(sketch.of(end - 1)[2:4][None, None], 3, 1))
+def _rows(words: Words, is_open: bool) -> tuple[Floats, Mask]:
+    """Return the rows of the parts of a loop, and which are lines."""
+    rows = [rows_of(*word) for word in words]
+    is_line = [np.full(len(own), kind == LINE) for own, (kind, _) in zip(rows, words, strict=True)]
+    if is_open:
+        rows.append(np.repeat(words[-1][1][2:4][None, None], 3, 1))
         is_line.append(np.array([True]))
     return np.concatenate(rows), np.concatenate(is_line)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.chains.chain import Chain, angle_between
+from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
 
 NUMBERS = (2.0, 3.0, 6.0)
@@ -38,23 +39,41 @@ SWEEP_MAX = np.radians(330.0)
 """Most that an arc turns. Whole circles are forms."""
 
 
+RISE = 3.0
+"""Least rise of an arc over its chord, in deviations of places: less is not told from a line that is off at its ends."""
+
+JOINED_SAMPLES = 16
+"""Points of the chain to which a cubic over several curves is fitted."""
+
 LENGTH_ERROR = 0.2
 """Largest share by which the length of a line or an arc may differ from that of the chain: a hairpin lies on a line, and
 a whole turn ends where it begins."""
 
 
 class Part(NamedTuple):
-    """A part of a chain: its kind, its first and last point, and the unit directions at both [2, 2]."""
+    """A part of a chain.
+
+    Attributes:
+        kind: line, arc or cubic.
+        first, last: its first and last point.
+        ways: its unit directions at both [2, 2].
+        bulge: that of the arc.
+        handles: of a cubic along several curves [2, 2]; None for one along a part of a curve.
+    """
 
     kind: int
     first: int
     last: int
     ways: Floats
     bulge: float
+    handles: Floats | None = None
 
 
 def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: float) -> list[Part]:
     """Return the cheapest parts of ``chain`` from its first point to its last.
+
+    A first search takes cubics from the curves of the chain; a second one also tries cubics over several of them, from
+    and to where its parts end and where the curves do.
 
     Args:
         chain: the chain of K points.
@@ -65,15 +84,42 @@ def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: floa
     first, last = _pairs(chain)
     if not len(first):
         return []
+    count, per_square = len(chain.points), 1.0 / (2.0 * spread**2 * REACH * number_nats)
     moments = _moments(chain, weights, first, last)
-    per_square = 1.0 / (2.0 * spread**2 * REACH * number_nats)
     line, line_ways = _lines(moments, chain, first, last)
-    arc, arc_ways, bulge = _arcs(moments, chain, first, last)
+    arc, arc_ways, bulge = _arcs(moments, chain, first, last, RISE * spread)
     cubic = np.where(chain.curve[first] == chain.curve[last - 1], 0.0, np.inf)
     cubic_ways = np.stack([chain.along[first], chain.along[last]], 1)
     ways = np.stack([line_ways, arc_ways, cubic_ways], 1)
-    prices = np.stack([line, arc, cubic], 1) * per_square + WORD
-    saved, kinks = np.zeros((2, *prices.shape))
+    words = _words(chain, ways, first, last, spread)
+    offers = _Offers(first, last, np.stack([line, arc, cubic], 1) * per_square + words, ways, bulge)
+    parts = _cheapest(count, offers)
+    ends = np.union1d([part.first for part in parts], np.flatnonzero(np.diff(chain.curve)) + 1)
+    rows = np.flatnonzero(np.isin(first, ends) & np.isin(last, [*ends, count - 1]) & np.isinf(cubic))
+    if not len(rows):
+        return parts
+    handles, square = joined(chain, first[rows], last[rows])
+    start, end = handles[:, 0] - chain.points[first[rows]], chain.points[last[rows]] - handles[:, 1]
+    ways[rows, CUBIC] = unit(np.stack([start, end], 1))
+    words = _words(chain, ways[rows], first[rows], last[rows], spread)
+    offers.prices[rows, CUBIC] = square * per_square + words[:, CUBIC]
+    return _cheapest(count, offers._replace(handles=dict(zip(rows.tolist(), handles, strict=True))))
+
+
+class _Offers(NamedTuple):
+    """Parts between B pairs of points: prices [B, 3], directions [B, 3, 2, 2], bulges [B], and some handles [2, 2]."""
+
+    first: Integers
+    last: Integers
+    prices: Floats
+    ways: Floats
+    bulge: Floats
+    handles: dict[int, Floats] = {}
+
+
+def _words(chain: Chain, ways: Floats, first: Integers, last: Integers, spread: float) -> Floats:
+    """Return the numbers that parts say [B, 3], with directions ``ways`` [B, 3, 2, 2], between points [B]."""
+    saved, kinks = np.zeros((2, len(first), 3))
     reach = np.linalg.norm(chain.points[last] - chain.points[first], axis=1)
     smooth = np.minimum(SMOOTH_DEGREES + np.degrees(3.0 * spread / np.maximum(reach, 1e-6)), SMOOTH_DEGREES_MAX)
     for side, place in ((0, first), (1, last)):
@@ -81,10 +127,26 @@ def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: floa
         is_free = chain.is_corner[place][:, None]
         saved += np.where(is_free | (off > smooth[:, None]), 0.0, 0.5)
         kinks += np.where(is_free | (off <= smooth[:, None]), 0.0, 0.5 * KINK)
-    tilt = np.abs(line_ways[:, 0]).min(1)
+    tilt = np.abs(ways[:, LINE, 0]).min(1)
     saved[:, LINE] = np.maximum(saved[:, LINE], tilt <= np.sin(np.radians(LEVEL_DEGREES)))
-    prices += np.array(NUMBERS) - saved + kinks
-    return _cheapest(len(chain.points), first, last, prices, ways, bulge)
+    found: Floats = WORD + np.array(NUMBERS) - saved + kinks
+    return found
+
+
+def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats]:
+    """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances [B]."""
+    share = (np.arange(JOINED_SAMPLES) + 0.5) / JOINED_SAMPLES
+    along = np.concatenate([[0.0], np.cumsum(chain.lengths)])
+    length = along[last] - along[first]
+    place = along[first][:, None] + share * length[:, None]
+    points = np.stack([np.interp(place, along, chain.points[:, k]) for k in (0, 1)], 2)
+    found = fit_cubics(chain.points[first], chain.points[last], points, np.tile(share, (len(first), 1)))
+    return found.handles, np.where(np.isnan(found.square), np.inf, found.square) * length
+
+
+def numbers_of(parts: list[Part]) -> float:
+    """Return the numbers that ``parts`` say."""
+    return sum(NUMBERS[part.kind] + WORD for part in parts)
 
 
 def _pairs(chain: Chain) -> tuple[Integers, Integers]:
@@ -126,9 +188,12 @@ def _lines(moments: _Moments, chain: Chain, first: Integers, last: Integers) -> 
 
 
 def _arcs(
-    moments: _Moments, chain: Chain, first: Integers, last: Integers
+    moments: _Moments, chain: Chain, first: Integers, last: Integers, rise_min: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the sums of squared distances from the nearest arcs [B], their directions [B, 2, 2] and bulges [B]."""
+    """Return the sums of squared distances from the nearest arcs [B], their directions [B, 2, 2] and bulges [B].
+
+    Arcs that rise by less than ``rise_min`` pixels over their chords are lines.
+    """
     n, x, y, xx, xy, yy, q, qx, qy, qq = moments.sums
     a, b, c = xx - x * x / n, xy - x * y / n, yy - y * y / n
     u, v, w = qx - q * x / n, qy - q * y / n, qq - q * q / n
@@ -149,14 +214,14 @@ def _arcs(
     is_bent &= (turn <= SWEEP_MAX) & (last - first >= 3) & (square > 0.0) & (side != 0.0)
     length = np.sqrt(np.maximum(square, 0.0)) * turn
     is_bent &= np.abs(length - chain.length_between(first, last)) <= LENGTH_ERROR * length
+    is_bent &= np.sqrt(np.maximum(square, 0.0)) * (1.0 - np.cos(turn / 2.0)) >= rise_min
     distance = np.where(is_bent, left / (4.0 * np.maximum(square, 1e-9)), np.inf)
     return distance, ways, side * np.tan(np.minimum(turn, SWEEP_MAX) / 4.0)
 
 
-def _cheapest(
-    count: int, first: Integers, last: Integers, prices: Floats, ways: Floats, bulge: Floats
-) -> list[Part]:
+def _cheapest(count: int, offers: _Offers) -> list[Part]:
     """Return the parts of the cheapest way from the first of ``count`` points to the last."""
+    first, last, prices, ways, bulge, handles = offers
     kind = np.argmin(prices, 1)
     price = np.take_along_axis(prices, kind[:, None], 1)[:, 0]
     order = np.argsort(last, kind="stable")
@@ -171,7 +236,8 @@ def _cheapest(
     while at > 0:
         row = int(chosen[at])
         found = int(kind[row])
-        parts.append(Part(found, int(first[row]), at, ways[row, found], float(bulge[row])))
+        own = handles.get(row) if found == CUBIC else None
+        parts.append(Part(found, int(first[row]), at, ways[row, found], float(bulge[row]), own))
         at = int(first[row])
     return parts[::-1]
 

@@ -77,6 +77,9 @@ def _more_numbers(chain: Chain, part: Part) -> list[float]:
         return []
     if part.kind == ARC:
         return [part.bulge]
+    if part.handles is not None:
+        joined: list[float] = part.handles.ravel().tolist()
+        return joined
     curve = chain.curves[chain.curve[part.first]]
     start, stop = chain.parameters[part.first, 0], chain.parameters[part.last - 1, 1]
     first, _ = split(curve, stop)

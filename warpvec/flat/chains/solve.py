@@ -56,6 +56,10 @@ class Sketch:
         radii: groups of arcs of one radius.
         equal: pairs of numbers that are one.
         diagonal: lines that rise by 45 degrees.
+        square: parts whose start (0) or end (1) has no direction along a coordinate but this one.
+        axes: the number that is the place of the axis of a chain.
+        at_axis: starts (0) and ends (1) of chains that lie at their axis.
+        fixed: numbers that stay.
     """
 
     kind: Integers
@@ -71,6 +75,10 @@ class Sketch:
     radii: list[Integers] = field(default_factory=list)
     equal: list[list[int]] = field(default_factory=list)
     diagonal: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    square: list[tuple[int, int, int]] = field(default_factory=list)
+    axes: dict[int, int] = field(default_factory=dict)
+    at_axis: list[tuple[int, int]] = field(default_factory=list)
+    fixed: list[int] = field(default_factory=list)
 
     def of(self, part: int) -> Floats:
         """Return the numbers of a part."""
@@ -145,8 +153,11 @@ def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
             found.add(residual * weight, slopes, np.repeat(columns[row][None], SAMPLES, 0))
     _hold_ends(sketch, found)
     _hold_joints(sketch, ways, found)
+    _hold_square(sketch, ways, found)
     _hold_radii(sketch, found)
     _hold_diagonals(sketch, found)
+    fixed = np.array(sketch.fixed, np.int64)
+    found.add(np.zeros(len(fixed)), np.full((len(fixed), 1), HELD), fixed[:, None])
     return found.matrix(len(sketch.numbers))
 
 
@@ -189,10 +200,11 @@ def _hold_ends(sketch: Sketch, found: _Triplets) -> None:
     """Hold both ends of open chains: nothing else does along the chain."""
     for number, (begin, end) in enumerate(sketch.ranges):
         chain = sketch.chains[number]
-        if not chain.is_closed:
-            columns = np.concatenate([sketch.columns[begin][:2], sketch.columns[end - 1][2:4]])
-            off = sketch.numbers[columns] - chain.points[[0, -1]].ravel()
-            found.add(END * off, np.full((4, 1), END), columns[:, None])
+        for side, part in ((0, begin), (1, end - 1)):
+            if not chain.is_closed and (number, side) not in sketch.at_axis:
+                columns = sketch.columns[part][2 * side : 2 * side + 2]
+                off = sketch.numbers[columns] - chain.points[-side]
+                found.add(END * off, np.full((2, 1), END), columns[:, None])
 
 
 def _hold_joints(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]], found: _Triplets) -> None:
@@ -209,6 +221,14 @@ def _hold_joints(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]],
             weight * np.concatenate(slopes)[None],
             np.concatenate([first_columns, second_columns])[None],
         )
+
+
+def _hold_square(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]], found: _Triplets) -> None:
+    weight = HELD * HOLD_REACH
+    for part, side, axis in sketch.square:
+        directions, turns, columns = ways[part]
+        off = directions[side, 1 - axis]
+        found.add(np.array([weight * off]), weight * turns[None, :, side, 1 - axis], columns[None])
 
 
 def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
