@@ -134,7 +134,7 @@ def _has_handles_of_arcs(rows: Floats, ends: Floats, x: Floats, y: Floats, radiu
     reach = 4.0 / 3.0 * np.tan(half / 2.0) * radius
     side = np.sign(_cross(ends - rows[:, 0], rows[:, 1] - rows[:, 0]))
     is_arc &= half >= HALF_MIN
-    for place, handle, way in ((rows[:, 0], rows[:, 1], -1.0), (ends, rows[:, 2], 1.0)):
+    for place, handle, way in ((rows[:, 0], rows[:, 1], 1.0), (ends, rows[:, 2], -1.0)):
         out = (place - center) / np.where(is_arc, radius, 1.0)[:, None]
         wanted = place + (way * side * reach)[:, None] * np.stack([out[:, 1], -out[:, 0]], 1)
         is_arc &= np.hypot(*(wanted - handle).T) <= HANDLE_ERROR

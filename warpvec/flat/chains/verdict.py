@@ -12,6 +12,7 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
 from warpvec.flat.simplification.outline_samples import control_points, segment_loops
+from warpvec.geometry.meetings import meeting_rows
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.draw import draw_exactly
 
@@ -72,7 +73,16 @@ class Verdict:
             ):
                 over = self._is_over(rise, control, owner, total, own, share * self.detail, noise)
                 wrong[loop[over[owner]]] = True
+        meets = segment_loops(new)[meeting_rows(new)]
+        wrong[meets] |= ~self._met[meets]
         return wrong & changed
+
+    @cached_property
+    def _met(self) -> Mask:
+        """Which loops [L] cross themselves or others of their path before."""
+        found = np.zeros(self.scene.structure.loop_count, bool)
+        found[segment_loops(self.scene)[meeting_rows(self.scene)]] = True
+        return found
 
     def _is_over(
         self, rise: Floats32, control: Floats, owner: Integers, count: int, reach: Floats, detail: float, noise: float
