@@ -130,12 +130,13 @@ def _has_handles_of_arcs(rows: Floats, ends: Floats, x: Floats, y: Floats, radiu
     """Return which cubics [S] have the handles of an arc on their own circle, up to what rounding makes."""
     chord = np.hypot(*(ends - rows[:, 0]).T)
     is_arc = (radius >= RADIUS_MIN) & (chord > 0.0) & np.isfinite(x + y)
-    center, half = np.stack([x, y], 1), np.arcsin(np.where(is_arc, chord / 2.0 / np.where(is_arc, radius, 1.0), 0.0).clip(max=1.0))
-    reach = 4.0 / 3.0 * np.tan(half / 2.0) * radius
+    known = np.where(is_arc, radius, 1.0)
+    half = np.arcsin(np.where(is_arc, chord / 2.0 / known, 0.0).clip(max=1.0))
+    reach = 4.0 / 3.0 * np.tan(half / 2.0) * known
     side = np.sign(_cross(ends - rows[:, 0], rows[:, 1] - rows[:, 0]))
     is_arc &= half >= HALF_MIN
     for place, handle, way in ((rows[:, 0], rows[:, 1], 1.0), (ends, rows[:, 2], -1.0)):
-        out = (place - center) / np.where(is_arc, radius, 1.0)[:, None]
+        out = (place - np.stack([x, y], 1)) / known[:, None]
         wanted = place + (way * side * reach)[:, None] * np.stack([out[:, 1], -out[:, 0]], 1)
         is_arc &= np.hypot(*(wanted - handle).T) <= HANDLE_ERROR
     return is_arc

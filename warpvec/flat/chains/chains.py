@@ -11,11 +11,11 @@ import torch
 from warpvec.arrays import Floats, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.choice import numbers_of
+from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
 from warpvec.flat.chains.parts import LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
-from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
-from warpvec.flat.chains.choice import numbers_of
 from warpvec.flat.chains.solve import solved
 from warpvec.flat.chains.symmetry import folds_of
 from warpvec.flat.chains.verdict import Verdict
@@ -28,8 +28,8 @@ from warpvec.geometry.structure import Structure
 from warpvec.watch.watch import Watch
 
 TRIED = ((1.0, True), (1.0, False), (0.4, True))
-"""Shares of the detail that are tried as the deviation of places, and whether with relations. What the picture refuses is
-tried with the next."""
+"""Shares of the detail that are tried as the deviation of places, and whether with relations. What the picture refuses
+is tried with the next."""
 
 CURVES_MAX = 400
 """Most curves of a chain that is looked at: longer ones are no designer's."""

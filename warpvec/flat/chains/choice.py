@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.chains.chain import Chain, angle_between
+from warpvec.flat.chains.parts import CUBIC, LINE, unit
 from warpvec.flat.curves.cubic_fitting import fit_cubics
-from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
 
 NUMBERS = (2.0, 3.0, 6.0)
 """Numbers of a line, an arc and a cubic, as SVG states them: the bulge of an arc is its radius."""
@@ -40,14 +40,14 @@ SWEEP_MAX = np.radians(330.0)
 
 
 RISE = 3.0
-"""Least rise of an arc over its chord, in deviations of places: less is not told from a line that is off at its ends."""
+"""Least rise of an arc over its chord, in deviations of places: with less it may be a line that is off at its ends."""
 
 JOINED_SAMPLES = 16
 """Points of the chain to which a cubic over several curves is fitted."""
 
 LENGTH_ERROR = 0.2
-"""Largest share by which the length of a line or an arc may differ from that of the chain: a hairpin lies on a line, and
-a whole turn ends where it begins."""
+"""Largest share by which the length of a line or an arc may differ from that of the chain: a hairpin lies on a line,
+and a whole turn ends where it begins."""
 
 
 class Part(NamedTuple):
@@ -92,7 +92,7 @@ def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: floa
     cubic_ways = np.stack([chain.along[first], chain.along[last]], 1)
     ways = np.stack([line_ways, arc_ways, cubic_ways], 1)
     words = _words(chain, ways, first, last, spread)
-    offers = _Offers(first, last, np.stack([line, arc, cubic], 1) * per_square + words, ways, bulge)
+    offers = _Offers(first, last, np.stack([line, arc, cubic], 1) * per_square + words, ways, bulge, {})
     parts = _cheapest(count, offers)
     ends = np.union1d([part.first for part in parts], np.flatnonzero(np.diff(chain.curve)) + 1)
     rows = np.flatnonzero(np.isin(first, ends) & np.isin(last, [*ends, count - 1]) & np.isinf(cubic))
@@ -114,7 +114,7 @@ class _Offers(NamedTuple):
     prices: Floats
     ways: Floats
     bulge: Floats
-    handles: dict[int, Floats] = {}
+    handles: dict[int, Floats]
 
 
 def _words(chain: Chain, ways: Floats, first: Integers, last: Integers, spread: float) -> Floats:
@@ -134,7 +134,7 @@ def _words(chain: Chain, ways: Floats, first: Integers, last: Integers, spread: 
 
 
 def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats]:
-    """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances [B]."""
+    """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances."""
     share = (np.arange(JOINED_SAMPLES) + 0.5) / JOINED_SAMPLES
     along = np.concatenate([[0.0], np.cumsum(chain.lengths)])
     length = along[last] - along[first]
@@ -236,8 +236,8 @@ def _cheapest(count: int, offers: _Offers) -> list[Part]:
     while at > 0:
         row = int(chosen[at])
         found = int(kind[row])
-        own = handles.get(row) if found == CUBIC else None
-        parts.append(Part(found, int(first[row]), at, ways[row, found], float(bulge[row]), own))
+        joined_handles = handles.get(row) if found == CUBIC else None
+        parts.append(Part(found, int(first[row]), at, ways[row, found], float(bulge[row]), joined_handles))
         at = int(first[row])
     return parts[::-1]
 
@@ -248,6 +248,3 @@ def is_smooth_joint(before: Part, after: Part, spread: float, lengths: tuple[flo
     turn = float(angle_between(before.ways[1], after.ways[0]))
     both_lines = before.kind == LINE and after.kind == LINE
     return not both_lines and turn <= min(2.0 * allowed, 2.0 * SMOOTH_DEGREES_MAX)
-
-
-__all__ = ["ARC", "CUBIC", "LINE", "Mask", "Part", "chosen_parts", "is_smooth_joint"]

@@ -12,8 +12,8 @@ from warpvec.flat.chains.solve import Sketch
 from warpvec.flat.chains.symmetry import Fold, mirrored
 
 SQUARE_DEGREES = 8.0
-"""Angle from a right one up to which a part that reaches the axis goes on smoothly in its mirror image. Points of hearts
-and drops are sharper."""
+"""Angle from a right one up to which a part that reaches the axis goes on smoothly in its mirror image. Points of
+hearts and drops are sharper."""
 
 TURN_MAX = math.radians(330.0)
 """Most that two halves of an arc may turn together to be one."""

@@ -1,7 +1,7 @@
 """The parts of a chain: lines, circular arcs and cubics, as numbers, and what these numbers draw.
 
-A part has the numbers of its kind: both ends, then the bulge of an arc, or both handles of a cubic, as places. The bulge
-is the tangent of a quarter of the angle by which an arc turns, above 0 if it is clockwise on a screen.
+A part has the numbers of its kind: both ends, then the bulge of an arc, or both handles of a cubic, as places. The
+bulge is the tangent of a quarter of the angle by which an arc turns, above 0 if it is clockwise on a screen.
 """
 
 from __future__ import annotations

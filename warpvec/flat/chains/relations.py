@@ -27,7 +27,10 @@ def find_relations(sketch: Sketch, detail: float) -> None:
     numbers = np.array([sketch.of(part) for part in lines]).reshape(-1, 4)
     columns = np.array([sketch.columns[part] for part in lines]).reshape(-1, 4)
     for axis in (0, 1):
-        off, along = np.abs(numbers[:, axis + 2] - numbers[:, axis]), np.abs(numbers[:, 3 - axis] - numbers[:, 1 - axis])
+        off, along = (
+            np.abs(numbers[:, axis + 2] - numbers[:, axis]),
+            np.abs(numbers[:, 3 - axis] - numbers[:, 1 - axis]),
+        )
         is_level = (off <= GAP * detail) & (off <= np.tan(np.radians(LEVEL_DEGREES)) * along)
         sketch.equal += columns[is_level][:, [axis, axis + 2]].tolist()
         sketch.equal += _pairs(numbers[is_level, axis], columns[is_level, axis], detail)
@@ -43,7 +46,9 @@ def find_relations(sketch: Sketch, detail: float) -> None:
 def _pairs(values: Floats, columns: Integers, detail: float) -> list[list[int]]:
     """Return pairs of ``columns`` [K] whose ``values`` [K] are one."""
     return [
-        [int(columns[group[0]]), int(columns[other])] for group in groups(values, detail) for other in group[1:].tolist()
+        [int(columns[group[0]]), int(columns[other])]
+        for group in groups(values, detail)
+        for other in group[1:].tolist()
     ]
 
 

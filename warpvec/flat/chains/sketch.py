@@ -7,7 +7,7 @@ import numpy as np
 from warpvec.arrays import Floats, Integers
 from warpvec.flat.chains.chain import Chain, split
 from warpvec.flat.chains.choice import Part, chosen_parts, is_smooth_joint
-from warpvec.flat.chains.parts import ARC, CUBIC, LINE
+from warpvec.flat.chains.parts import ARC, LINE
 from warpvec.flat.chains.solve import Sketch
 
 
@@ -41,7 +41,8 @@ def _weights_from(chain: Chain, weights: Floats, start: int, count: int) -> Floa
 
 def sketch_of(found: list[tuple[Chain, Floats, list[Part]]], spread: float) -> Sketch:
     """Return the sketch of chains with their weights and parts."""
-    kinds, columns, owners, firsts, lasts = [], list[Integers](), [], [], []
+    kinds, owners, firsts, lasts = (list[int]() for _ in range(4))
+    columns = list[Integers]()
     values: list[float] = []
     smooth: list[tuple[int, int]] = []
     ranges: list[tuple[int, int]] = []
@@ -94,10 +95,7 @@ def _smooth_joints(chain: Chain, parts: list[Part], begin: int, spread: float) -
     for k in range(count if chain.is_closed else count - 1):
         before, after = parts[k], parts[(k + 1) % count]
         lengths = [float(chain.lengths[each.first : each.last].sum()) for each in (before, after)]
-        if not chain.is_corner[after.first] and count > 1:
-            if is_smooth_joint(before, after, spread, (lengths[0], lengths[1])):
-                found.append((begin + k, begin + (k + 1) % count))
+        may_be = count > 1 and not chain.is_corner[after.first]
+        if may_be and is_smooth_joint(before, after, spread, (lengths[0], lengths[1])):
+            found.append((begin + k, begin + (k + 1) % count))
     return found
-
-
-__all__ = ["CUBIC", "parted", "sketch_of"]

@@ -1,8 +1,8 @@
 """Solve the numbers of chains of parts: as near to the chains as their smooth joints and relations allow.
 
-All numbers of a drawing are one vector: both coordinates of each node, then the bulge of each arc and the handles of each
-cubic. Coordinates that are said to be equal, or mirrored, are one free number. What is not linear, such as smooth joints
-and equal radii, is held by weights.
+All numbers of a drawing are one vector: both coordinates of each node, then the bulge of each arc and the handles of
+each cubic. Coordinates that are equal are one free number. What is not linear, such as smooth joints and equal radii,
+is held by weights.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.chains.chain import Chain
-from warpvec.flat.chains.parts import ARC, CUBIC, SAMPLES, SIZES, drawn, radius_of
+from warpvec.flat.chains.parts import ARC, SAMPLES, SIZES, drawn, radius_of
 
 ROUNDS = 8
 """Gauss-Newton steps. The last ones move nodes by less than a thousandth of a pixel."""
@@ -135,9 +135,13 @@ class _Triplets:
         return np.concatenate(self._residual), found
 
 
+_Ways = dict[int, tuple[Floats, Floats, Integers]]
+"""By parts: the directions at both ends [2, 2], how they follow the numbers of the part [K, 2, 2], and its columns [K]."""
+
+
 def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
     found = _Triplets()
-    ways: dict[int, tuple[Floats, Floats, Floats]] = {}
+    ways: _Ways = {}
     for kind, size in SIZES.items():
         parts = sketch.rows_of_kind(kind)
         if not len(parts):
@@ -207,7 +211,7 @@ def _hold_ends(sketch: Sketch, found: _Triplets) -> None:
                 found.add(END * off, np.full((2, 1), END), columns[:, None])
 
 
-def _hold_joints(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]], found: _Triplets) -> None:
+def _hold_joints(sketch: Sketch, ways: _Ways, found: _Triplets) -> None:
     for before, after in sketch.smooth.tolist():
         (first, first_turns, first_columns), (second, second_turns, second_columns) = ways[before], ways[after]
         u, v = first[1], second[0]
@@ -223,7 +227,7 @@ def _hold_joints(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]],
         )
 
 
-def _hold_square(sketch: Sketch, ways: dict[int, tuple[Floats, Floats, Floats]], found: _Triplets) -> None:
+def _hold_square(sketch: Sketch, ways: _Ways, found: _Triplets) -> None:
     weight = HELD * HOLD_REACH
     for part, side, axis in sketch.square:
         directions, turns, columns = ways[part]
@@ -235,14 +239,14 @@ def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
     for group in sketch.radii:
         pairs = [(group[0], other) for other in group[1:]]
         for pair in pairs:
-            values, columns, radii = [], [], []
+            values, radii = list[Floats](), list[float]()
             for part, side in zip(pair, (1.0, -1.0), strict=True):
                 numbers = sketch.of(part)[None]
                 sign = np.sign(numbers[0, 4]) * side
-                radii.append(sign * radius_of(numbers)[0])
+                radii.append(float(sign * radius_of(numbers)[0]))
                 steps = np.eye(SIZES[ARC]) * STEP
                 values.append(sign * (radius_of(numbers + steps) - radius_of(numbers - steps)) / (2.0 * STEP))
-                columns.append(sketch.columns[part])
+            columns = [sketch.columns[part] for part in pair]
             found.add(np.array([HELD * sum(radii)]), HELD * np.concatenate(values)[None],
                       np.concatenate(columns)[None])  # fmt: skip
 
@@ -253,12 +257,3 @@ def _hold_diagonals(sketch: Sketch, found: _Triplets) -> None:
         x, y = np.sign(numbers[2:] - numbers[:2]) * HELD
         off = abs(numbers[2] - numbers[0]) - abs(numbers[3] - numbers[1])
         found.add(np.array([HELD * off]), np.array([[-x, y, x, -y]]), sketch.columns[part][None])
-
-
-def reach_of(sketch: Sketch, part: int) -> float:
-    """Return the length of the chord of a part in pixels."""
-    numbers = sketch.of(part)
-    return float(np.linalg.norm(numbers[2:4] - numbers[:2]))
-
-
-__all__ = ["ARC", "CUBIC", "Mask", "Sketch", "reach_of", "solved"]
