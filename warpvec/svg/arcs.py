@@ -36,6 +36,9 @@ _MORE_THAN_QUARTER = 0.01
 _NEARLY_HALF = math.radians(15.0)
 """Within this, an arc may be a half: its radius is then half of the chord, as no radius in ticks gives its centre."""
 
+BULGE = 2.8e-4
+"""Largest distance of the cubic that stands for a quarter from its circle, in radii: 0.03 px at 100 px."""
+
 _RADII = (0, 1, -1, 2, -2, 3, -3)
 """Differences in ticks that are tried from the radius through three points at ticks."""
 
@@ -91,7 +94,7 @@ def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
     Args:
         rows: control points in ticks.
         step: the end of the last cubic.
-        tolerance: largest distance in ticks.
+        tolerance: largest distance in ticks, beside that of a quarter's cubic from its circle.
     """
     points = _points(rows, step)
     found: list[tuple[float, Arc]] = []
@@ -100,7 +103,7 @@ def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
         off = float(np.abs(np.hypot(points[:, 0] - circle.x, points[:, 1] - circle.y) - circle.radius).max())
         found.append((off, arc))
     best = min(found, key=lambda each: each[0], default=(math.inf, None))
-    return best[1] if best[0] <= tolerance else None
+    return best[1] if best[1] is not None and best[0] <= tolerance + BULGE * best[1].radius else None
 
 
 def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tuple[int, int]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -77,6 +78,15 @@ class Chain:
     def along(self) -> Floats:
         """Direction of the chain at each point [K, 2]: the mean of both sides."""
         return unit(self.before + self.after)
+
+    @cached_property
+    def dense(self) -> Floats:
+        """Points along the chain, at most about a pixel apart [D, 2]."""
+        count = int(np.ceil(self.lengths.max() / STEP)) + 1
+        t = np.linspace(0.0, 1.0, count)[:-1]
+        low, high = self.parameters[:, :1], self.parameters[:, 1:]
+        inner = cubic_points(self.curves[self.curve], low + (high - low) * t)
+        return np.concatenate([inner.reshape(-1, 2), self.points[-1:]])
 
     def length_between(self, first: Integers, last: Integers) -> Floats:
         """Return the length of the chain between points [B] and later ones."""

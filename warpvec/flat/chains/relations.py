@@ -40,7 +40,18 @@ def find_relations(sketch: Sketch, detail: float) -> None:
     sketch.diagonal = lines[is_diagonal]
     arcs = sketch.rows_of_kind(ARC)
     radii = np.array([abs(float(radius_of(sketch.of(part)[None])[0])) for part in arcs])
+    for part in arcs.tolist():
+        _hold_half_turn(sketch, part, detail)
     sketch.radii = [arcs[group] for group in groups(radii, detail) if len(group) > 1]
+
+
+def _hold_half_turn(sketch: Sketch, part: int, detail: float) -> None:
+    """Let an arc turn by exactly half if its ends are that near: no radius of a few decimals tells its centre else."""
+    numbers, column = sketch.of(part), int(sketch.columns[part][4])
+    off = (4.0 * np.arctan(abs(numbers[4])) - np.pi) * abs(radius_of(numbers[None])[0]) / 2.0
+    if abs(off) <= SPREAD * detail:
+        sketch.numbers[column] = np.sign(numbers[4])
+        sketch.fixed.append(column)
 
 
 def _pairs(values: Floats, columns: Integers, detail: float) -> list[list[int]]:

@@ -136,7 +136,7 @@ class _Triplets:
 
 
 _Ways = dict[int, tuple[Floats, Floats, Integers]]
-"""By parts: the directions at both ends [2, 2], how they follow the numbers of the part [K, 2, 2], and its columns [K]."""
+"""By parts: the directions at both ends [2, 2], how they follow the numbers of the part [K, 2, 2], and its columns."""
 
 
 def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:

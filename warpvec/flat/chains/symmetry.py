@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats
 from warpvec.flat.chains.chain import Chain, split
 
-OFF_RMS, OFF_MAX = 1.5, 4.0
+OFF_RMS, OFF_MAX = 1.5, 8.0
 """Distances of a mirror image from what it mirrors, in details: root mean square and largest."""
 
 FAR = 3.0
-"""Pixels from the nearest point of a chain beyond which a mirrored point has no counterpart."""
+"""Pixels from a chain beyond which a mirrored point has no counterpart."""
 
 UPRIGHT, LEVEL = 0, 1
 """Axes: the coordinate that they mirror."""
@@ -79,13 +80,15 @@ def _match(loop: int, chains: dict[int, Chain], axis: int, place: float, detail:
 
 def _distances(points: Floats, chain: Chain) -> Floats:
     """Return how far ``points`` [K, 2] are from a chain; infinity beyond ``FAR``."""
-    offset = points[:, None] - chain.points
-    near = np.argmin(np.square(offset).sum(2), 1)
-    found = offset[np.arange(len(points)), near]
-    along = chain.along[near]
-    across = np.abs(found[:, 0] * along[:, 1] - found[:, 1] * along[:, 0])
-    across = np.where(chain.is_corner[near], np.linalg.norm(found, axis=1) / 2.0, across)
-    return np.where(np.linalg.norm(found, axis=1) > FAR, np.inf, across)
+    line = chain.dense
+    _, near = cKDTree(line).query(points)
+    found = np.full(len(points), np.inf)
+    for start, stop in ((near - 1, near), (near, near + 1)):
+        a, b = (line[np.clip(each, 0, len(line) - 1)] for each in (start, stop))
+        way = b - a
+        share = np.clip(((points - a) * way).sum(1) / np.maximum(np.square(way).sum(1), 1e-12), 0.0, 1.0)
+        found = np.minimum(found, np.linalg.norm(a + share[:, None] * way - points, axis=1))
+    return np.where(found > FAR, np.inf, found)
 
 
 def _is_mirrored(fixed: Floats, axis: int, place: float) -> bool:
