@@ -19,17 +19,26 @@ from warpvec.flat.chains.sketch import parted, sketch_of
 from warpvec.flat.chains.solve import solved
 from warpvec.flat.chains.symmetry import folds_of
 from warpvec.flat.chains.verdict import Verdict
+from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.outline_samples import cubic_points, segment_loops
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.polish.polish import polish
 from warpvec.watch.watch import Watch
 
-TRIED = ((1.0, True), (1.0, False), (0.4, True))
-"""Shares of the detail that are tried as the deviation of places, and whether with relations. What the picture refuses
-is tried with the next."""
+TRIED = ((1.0, True), (1.0, False), (0.5, False))
+"""Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses is
+tried with the next."""
+
+REFIT_ITERATIONS = 8
+"""Most iterations of the fit of the first parts to the picture."""
+
+NEAR, NEAR_MIN, NEAR_MAX = 2.0, 0.05, 0.1
+"""Moves of numbers that a relation may cause, in deviations of places, and bounds of them in pixels. The picture
+judges afterwards."""
 
 CURVES_MAX = 400
 """Most curves of a chain that is looked at: longer ones are no designer's."""
@@ -44,16 +53,18 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         watch: the watch over the run. When it is over, nothing more is changed.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
     """
-    height, width = critic.image.shape[:2]
-    verdict = Verdict(scene, critic, detail)
     left = _chains_of(scene)
+    if not left or watch.is_over():
+        return scene
+    height, width = critic.image.shape[:2]
+    verdict, nats, middle = Verdict(scene, critic, detail), number_nats(max(height, width)), (width / 2.0, height / 2.0)
+    left |= _fitted(verdict, left, _said(left, detail, nats, None, middle), watch)
     found: dict[int, tuple[Floats, Mask]] = {}
     for share, is_regular in TRIED:
         if not left or watch.is_over():
             break
-        nats = number_nats(max(height, width))
         fixed = _points_but(scene, left) if is_regular else None
-        tried = found | _said(left, share * detail, nats, fixed, (width / 2.0, height / 2.0))
+        tried = found | _said(left, share * verdict.spread, nats, fixed, middle)
         while tried.keys() - found.keys():
             changed = np.isin(np.arange(scene.structure.loop_count), list(tried.keys() - found.keys()))
             refused = verdict.refused(with_rows(scene, tried), changed)
@@ -62,6 +73,28 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
         found, left = tried, {loop: chain for loop, chain in left.items() if loop not in tried}
     return with_rows(scene, found) if found else scene
+
+
+def _fitted(
+    verdict: Verdict, chains: dict[int, Chain], said: dict[int, tuple[Floats, Mask]], watch: Watch
+) -> dict[int, Chain]:
+    """Return those of ``chains`` that match the picture once their parts, as they are ``said``, are fitted to it.
+
+    A chain of other parts is off by as much as the detail: only parts of the right kinds come as near as the picture
+    tells.
+    """
+    scene, critic = verdict.scene, verdict.critic
+    first = with_rows(scene, said)
+    locked = None if first.forms is None else first.forms.is_form
+    drawn = polish(
+        critic.target, first, critic.config, watch.side_part(), iterations=REFIT_ITERATIONS,
+        values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
+    ).scene  # fmt: skip
+    found = _chains_of(drawn)
+    refused = verdict.refused(
+        replace(first, segments=drawn.segments), np.isin(np.arange(first.structure.loop_count), list(chains))
+    )
+    return {loop: chain for loop, chain in found.items() if not refused[loop]}
 
 
 def _chains_of(scene: Scene) -> dict[int, Chain]:
@@ -98,7 +131,8 @@ def _said(
         fixed: points [K, 2] of outlines that stay; None for no relations.
         middle: of the canvas.
     """
-    folds = {} if fixed is None else folds_of(chains, fixed, spread)
+    near = min(max(NEAR * spread, NEAR_MIN), NEAR_MAX)
+    folds = {} if fixed is None else folds_of(chains, fixed, near)
     twins = {each[0].twin for each in folds.values()}
     loops = [loop for loop in chains if loop not in twins]
     found, chosen = [], {}
@@ -111,10 +145,10 @@ def _said(
             chosen[number] = folds[loop][best]
     sketch = sketch_of(found, spread)
     if fixed is not None:
-        hold_folds(sketch, chosen, spread, middle)
+        hold_folds(sketch, chosen, near, middle)
     solved(sketch)
     if fixed is not None:
-        find_relations(sketch, spread)
+        find_relations(sketch, near)
         solved(sketch)
     rows: dict[int, tuple[Floats, Mask]] = {}
     for number, loop in enumerate(loops):

@@ -40,8 +40,7 @@ def hold_folds(sketch: Sketch, folds: dict[int, Fold], detail: float, middle: tu
             is_centred = fold.shared and abs(middle[fold.axis] - fold.place) <= detail
             place = middle[fold.axis] if is_centred else fold.place
             sketch.numbers = np.append(sketch.numbers, place)
-            if is_centred:
-                sketch.fixed.append(column)
+            sketch.fixed.append(column)  # lines across an axis would let it slide
             if fold.shared:
                 known[fold.axis] = column
         sketch.axes[number] = column

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,8 +17,15 @@ from warpvec.geometry.meetings import meeting_rows
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.draw import draw_exactly
 
+ALLOWED = 1.0
+"""Move of an outline that is allowed, in the deviations of outlines that are there: the error at most doubles."""
+
 SHIFT = 0.25
 """Move in pixels of the whole drawing that tells what a move of an outline costs, for strokes too."""
+
+SPREAD_MIN = 0.02
+"""Least deviation in pixels of outlines from a picture: rounding to 8 bits leaves some thousandths, and the corners of
+outlines that are fitted to it a few hundredths."""
 
 PEAK = 2.0
 """The same move of a part alone, in those of whole chains, as `STROKES.close_peak`."""
@@ -59,8 +67,15 @@ class Verdict:
         dark = image[..., :3] * image[..., 3:]
         return np.concatenate([dark, dark + 1.0 - image[..., 3:]], 2)
 
+    @property
+    def spread(self) -> float:
+        """Deviation in pixels of the outlines from the picture, by the error that is left; at most the detail."""
+        left = math.sqrt(float(self._before.sum()) / max(float(self._worth.sum()), 1e-9))
+        return min(max(left, SPREAD_MIN), self.detail)
+
     def refused(self, new: Scene, changed: Mask) -> Mask:
         """Return which of the ``changed`` loops [L] of ``new`` the picture refuses [L]; its loops are those of old."""
+        detail = ALLOWED * self.spread
         rise, count = self.critic.error(new) - self._before, new.structure.loop_count
         wrong = np.zeros(count, bool)
         for scene in (self.scene, new):
@@ -71,7 +86,7 @@ class Verdict:
                 (loop, count, 1.0, SIMPLIFICATION.whole_noise),
                 (np.arange(len(control)), len(control), PEAK, SIMPLIFICATION.noise),
             ):
-                over = self._is_over(rise, control, owner, total, own, share * self.detail, noise)
+                over = self._is_over(rise, control, owner, total, own, share * detail, noise)
                 wrong[loop[over[owner]]] = True
         meets = segment_loops(new)[meeting_rows(new)]
         wrong[meets] |= ~self._met[meets]
