@@ -21,6 +21,9 @@ POINTS_MAX = 240
 CURVE_POINTS_MIN = 4
 """Fewest points of a curve."""
 
+FIRMNESS, FIRM_MAX = 4.0, 4
+"""Factor of the weight of squared distances in each box in which a chain must be kept better, and most such boxes."""
+
 CORNER_DEGREES = 12.0
 """Turn at a node of curves from which it surely is a corner. Fitted curves turn by less where the picture is smooth."""
 
@@ -38,6 +41,8 @@ class Chain:
         is_corner: points that no part passes [K]; the ends are such points.
         curve: the curve between each point and the next [K - 1], and its parameter at each point there [K - 1, 2].
         is_closed: whether the chain is closed.
+        firm: boxes [B, 2, 2], least and greatest coordinates, in which it must be kept better.
+        weights: how well it must be kept between its points [K - 1].
     """
 
     curves: Floats
@@ -50,10 +55,12 @@ class Chain:
     curve: Integers
     parameters: Floats
     is_closed: bool
+    firm: Floats
+    weights: Floats
 
     @staticmethod
-    def of(curves: Floats, is_closed: bool) -> Chain:
-        """Return the chain of ``curves`` [S, 4, 2]."""
+    def of(curves: Floats, is_closed: bool, firm: Floats | None = None) -> Chain:
+        """Return the chain of ``curves`` [S, 4, 2], which must be kept better in the boxes ``firm`` [B, 2, 2]."""
         length = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
         step = max(STEP, float(length.sum()) / POINTS_MAX)
         counts = np.maximum(np.ceil(length / step).astype(np.int64), CURVE_POINTS_MIN)
@@ -71,8 +78,15 @@ class Chain:
         turn = np.degrees(np.arccos(np.clip((before * after).sum(1), -1.0, 1.0)))
         is_corner = turn > CORNER_DEGREES
         is_corner[[0, -1]] |= not is_closed
-        return Chain(curves, points, middles, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), before, after, is_corner,
-                     curve, parameters, is_closed)  # fmt: skip
+        firm = np.zeros((0, 2, 2)) if firm is None else firm
+        return Chain(
+            curves, points, middles, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), before, after, is_corner, curve,
+            parameters, is_closed, firm, _weights(middles, firm),
+        )  # fmt: skip
+
+    def firmer_in(self, boxes: Floats) -> Chain:
+        """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
+        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]))
 
     @property
     def along(self) -> Floats:
@@ -99,10 +113,17 @@ class Chain:
             return self
         curve, t = int(self.curve[point]), float(self.parameters[point, 0])
         if t == 0.0:
-            return Chain.of(np.roll(self.curves, -curve, axis=0), True)
+            return Chain.of(np.roll(self.curves, -curve, axis=0), True, self.firm)
         first, second = split(self.curves[curve], t)
         rest = [*self.curves[curve + 1 :], *self.curves[:curve]]
-        return Chain.of(np.stack([second, *rest, first]), True)
+        return Chain.of(np.stack([second, *rest, first]), True, self.firm)
+
+
+def _weights(points: Floats, boxes: Floats) -> Floats:
+    """Return how well a chain must be kept at ``points`` [K, 2]: ``FIRMNESS`` for each of ``boxes`` [B, 2, 2] there."""
+    is_in = ((points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)).all(2)
+    found: Floats = FIRMNESS ** np.minimum(is_in.sum(0), FIRM_MAX).astype(np.float64)
+    return found
 
 
 def split(curve: Floats, t: float) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ import torch
 from warpvec.arrays import Floats, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain
-from warpvec.flat.chains.choice import numbers_of
+from warpvec.flat.chains.choice import Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
 from warpvec.flat.chains.parts import LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
@@ -29,9 +29,9 @@ from warpvec.geometry.structure import Structure
 from warpvec.polish.polish import polish
 from warpvec.watch.watch import Watch
 
-TRIED = ((1.0, True), (1.0, False), (0.5, False))
-"""Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses is
-tried with the next."""
+TRIED = ((1.0, True), (1.0, True), (1.0, False), (0.5, False))
+"""Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses
+is tried with the next, and must be nearer where it was refused."""
 
 REFIT_ITERATIONS = 8
 """Most iterations of the fit of the first parts to the picture."""
@@ -67,9 +67,11 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         tried = found | _said(left, share * verdict.spread, nats, fixed, middle)
         while tried.keys() - found.keys():
             changed = np.isin(np.arange(scene.structure.loop_count), list(tried.keys() - found.keys()))
-            refused = verdict.refused(with_rows(scene, tried), changed)
+            refused, boxes = verdict.refused(with_rows(scene, tried), changed)
             if not refused.any():
                 break
+            for loop in np.flatnonzero(refused).tolist():
+                left[loop] = left[loop].firmer_in(boxes)
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
         found, left = tried, {loop: chain for loop, chain in left.items() if loop not in tried}
     return with_rows(scene, found) if found else scene
@@ -91,9 +93,8 @@ def _fitted(
         values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
     ).scene  # fmt: skip
     found = _chains_of(drawn)
-    refused = verdict.refused(
-        replace(first, segments=drawn.segments), np.isin(np.arange(first.structure.loop_count), list(chains))
-    )
+    changed = np.isin(np.arange(first.structure.loop_count), list(chains))
+    refused, _ = verdict.refused(replace(first, segments=drawn.segments), changed)
     return {loop: chain for loop, chain in found.items() if not refused[loop]}
 
 
@@ -135,11 +136,11 @@ def _said(
     folds = {} if fixed is None else folds_of(chains, fixed, near)
     twins = {each[0].twin for each in folds.values()}
     loops = [loop for loop in chains if loop not in twins]
-    found, chosen = [], {}
+    found, chosen = list[tuple[Chain, list[Part]]](), {}
     for number, loop in enumerate(loops):
         halves = [fold.chain for fold in folds.get(loop, [])] or [chains[loop]]
-        offers = [parted(each, np.ones(len(each.lengths)), spread, nats) for each in halves]
-        best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][2]))
+        offers = [parted(each, spread, nats) for each in halves]
+        best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][1]))
         found.append(offers[best])
         if loop in folds:
             chosen[number] = folds[loop][best]

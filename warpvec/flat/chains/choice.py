@@ -69,7 +69,7 @@ class Part(NamedTuple):
     handles: Floats | None = None
 
 
-def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: float) -> list[Part]:
+def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
     """Return the cheapest parts of ``chain`` from its first point to its last.
 
     A first search takes cubics from the curves of the chain; a second one also tries cubics over several of them, from
@@ -77,7 +77,6 @@ def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: floa
 
     Args:
         chain: the chain of K points.
-        weights: how well the picture shows it between its points [K - 1], from 0 to 1.
         spread: standard deviation in pixels of its places.
         number_nats: nats of a number.
     """
@@ -85,7 +84,7 @@ def chosen_parts(chain: Chain, weights: Floats, spread: float, number_nats: floa
     if not len(first):
         return []
     count, per_square = len(chain.points), 1.0 / (2.0 * spread**2 * REACH * number_nats)
-    moments = _moments(chain, weights, first, last)
+    moments = _moments(chain, first, last)
     line, line_ways = _lines(moments, chain, first, last)
     arc, arc_ways, bulge = _arcs(moments, chain, first, last, RISE * spread)
     cubic = np.where(chain.curve[first] == chain.curve[last - 1], 0.0, np.inf)
@@ -165,12 +164,12 @@ class _Moments(NamedTuple):
     center: Floats
 
 
-def _moments(chain: Chain, weights: Floats, first: Integers, last: Integers) -> _Moments:
+def _moments(chain: Chain, first: Integers, last: Integers) -> _Moments:
     center = chain.middles.mean(0)
     x, y = (chain.middles - center).T
     q = x * x + y * y
     terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y, q, q * x, q * y, q * q])
-    sums = np.concatenate([np.zeros((10, 1)), np.cumsum(terms * chain.lengths * np.maximum(weights, 1e-4), 1)], 1)
+    sums = np.concatenate([np.zeros((10, 1)), np.cumsum(terms * chain.lengths * chain.weights, 1)], 1)
     return _Moments(sums[:, last] - sums[:, first], center)
 
 

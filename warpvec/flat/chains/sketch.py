@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Integers
 from warpvec.flat.chains.chain import Chain, split
 from warpvec.flat.chains.choice import Part, chosen_parts, is_smooth_joint
 from warpvec.flat.chains.parts import ARC, LINE
 from warpvec.flat.chains.solve import Sketch
 
 
-def parted(chain: Chain, weights: Floats, spread: float, number_nats: float) -> tuple[Chain, Floats, list[Part]]:
-    """Return a chain, the ``weights`` between its points, and its cheapest parts.
+def parted(chain: Chain, spread: float, number_nats: float) -> tuple[Chain, list[Part]]:
+    """Return a chain and its cheapest parts.
 
     A closed chain begins at a corner, or where a part ends in a first search.
     """
@@ -21,32 +21,20 @@ def parted(chain: Chain, weights: Floats, spread: float, number_nats: float) -> 
         if len(corners):
             start = int(corners[0])
         else:
-            parts = chosen_parts(chain, weights, spread, number_nats)
+            parts = chosen_parts(chain, spread, number_nats)
             start = parts[len(parts) // 2].first if len(parts) > 1 else 0
-        begun = chain.begun_at(start)
-        if begun is not chain:
-            weights = _weights_from(chain, weights, start, len(begun.lengths))
-            chain = begun
-    return chain, weights, chosen_parts(chain, weights, spread, number_nats)
+        chain = chain.begun_at(start)
+    return chain, chosen_parts(chain, spread, number_nats)
 
 
-def _weights_from(chain: Chain, weights: Floats, start: int, count: int) -> Floats:
-    """Return ``weights`` between points of a closed chain that begins at ``start``, and has ``count`` steps."""
-    rolled = np.roll(weights, -start)
-    place = np.cumsum(np.roll(chain.lengths, -start))
-    even = (np.arange(count) + 0.5) / count * place[-1]
-    found: Floats = rolled[np.minimum(np.searchsorted(place, even), len(rolled) - 1)]
-    return found
-
-
-def sketch_of(found: list[tuple[Chain, Floats, list[Part]]], spread: float) -> Sketch:
-    """Return the sketch of chains with their weights and parts."""
+def sketch_of(found: list[tuple[Chain, list[Part]]], spread: float) -> Sketch:
+    """Return the sketch of chains with their parts."""
     kinds, owners, firsts, lasts = (list[int]() for _ in range(4))
     columns = list[Integers]()
     values: list[float] = []
     smooth: list[tuple[int, int]] = []
     ranges: list[tuple[int, int]] = []
-    for number, (chain, _, parts) in enumerate(found):
+    for number, (chain, parts) in enumerate(found):
         begin, node = len(kinds), len(values)
         places = [part.first for part in parts] + ([] if chain.is_closed else [parts[-1].last])
         values += chain.points[places].ravel().tolist()
@@ -68,7 +56,7 @@ def sketch_of(found: list[tuple[Chain, Floats, list[Part]]], spread: float) -> S
     pairs = np.array(smooth, np.int64).reshape(-1, 2)
     return Sketch(
         np.array(kinds), columns, np.array(values), np.array(owners), np.array(firsts), np.array(lasts), pairs, ranges,
-        [weights for _, weights, _ in found], [chain for chain, _, _ in found],
+         [chain for chain, _ in found],
     )  # fmt: skip
 
 

@@ -51,7 +51,6 @@ class Sketch:
         first, last: the points of its chain between which each part is [P].
         smooth: pairs of parts that go on in one direction [J, 2].
         ranges: the first part of each chain, and the one after its last.
-        weights: how well the picture shows each chain between its points.
         chains: the chains.
         radii: groups of arcs of one radius.
         equal: pairs of numbers that are one.
@@ -70,7 +69,6 @@ class Sketch:
     last: Integers
     smooth: Integers
     ranges: list[tuple[int, int]]
-    weights: list[Floats]
     chains: list[Chain]
     radii: list[Integers] = field(default_factory=list)
     equal: list[list[int]] = field(default_factory=list)
@@ -196,8 +194,8 @@ def _distances(sketch: Sketch, part: int, points: Floats) -> tuple[Floats, Float
     bend = 4.0 * share * (1.0 - share) * ((b - a) * normal).sum(1)
     residual = ((c - a) * normal).sum(1) - bend
     length = chain.lengths[sketch.first[part] : sketch.last[part]].sum() / SAMPLES
-    seen = sketch.weights[sketch.chain[part]][start]
-    return residual, normal, np.sqrt(length * np.maximum(seen, 1e-4))
+    weight = chain.weights[start]
+    return residual, normal, np.sqrt(length * weight)
 
 
 def _hold_ends(sketch: Sketch, found: _Triplets) -> None:

@@ -140,7 +140,7 @@ def halves_of(chain: Chain, axis: int, place: float) -> list[Chain]:
         parts[-1].append(rest)
     if chain.is_closed:
         parts = [parts[2] + parts[0], parts[1]]
-    return [Chain.of(np.stack(part), False) for part in parts]
+    return [Chain.of(np.stack(part), False, chain.firm) for part in parts]
 
 
 def _crossing(chain: Chain, point: int, axis: int, place: float) -> float:

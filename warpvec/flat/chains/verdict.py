@@ -73,24 +73,28 @@ class Verdict:
         left = math.sqrt(float(self._before.sum()) / max(float(self._worth.sum()), 1e-9))
         return min(max(left, SPREAD_MIN), self.detail)
 
-    def refused(self, new: Scene, changed: Mask) -> Mask:
-        """Return which of the ``changed`` loops [L] of ``new`` the picture refuses [L]; its loops are those of old."""
+    def refused(self, new: Scene, changed: Mask) -> tuple[Mask, Floats]:
+        """Return which of the ``changed`` loops [L] of ``new`` the picture refuses [L]; its loops are those of old.
+
+        Also return the boxes [B, 2, 2], least and greatest coordinates, of segments near which the error rises most.
+        """
         detail = ALLOWED * self.spread
         rise, count = self.critic.error(new) - self._before, new.structure.loop_count
-        wrong = np.zeros(count, bool)
+        wrong, boxes = np.zeros(count, bool), list[Floats]()
         for scene in (self.scene, new):
             control, loop = control_points(scene), segment_loops(scene)
             reach = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy() / 2.0
             own = reach[scene.structure.segment_path.numpy()][:, None]
-            for owner, total, share, noise in (
-                (loop, count, 1.0, SIMPLIFICATION.whole_noise),
-                (np.arange(len(control)), len(control), PEAK, SIMPLIFICATION.noise),
-            ):
-                over = self._is_over(rise, control, owner, total, own, share * detail, noise)
-                wrong[loop[over[owner]]] = True
+            number = np.arange(len(control))
+            over = self._is_over(rise, control, loop, count, own, detail, SIMPLIFICATION.whole_noise)
+            peaks = self._is_over(rise, control, number, len(control), own, PEAK * detail, SIMPLIFICATION.noise)
+            wrong |= over
+            wrong[loop[peaks]] = True
+            worst = peaks | self._is_over(rise, control, number, len(control), own, detail, SIMPLIFICATION.noise)
+            boxes.append(np.stack([control.min(1), control.max(1)], 1)[worst])
         meets = segment_loops(new)[meeting_rows(new)]
         wrong[meets] |= ~self._met[meets]
-        return wrong & changed
+        return wrong & changed, np.concatenate(boxes)
 
     @cached_property
     def _met(self) -> Mask:
