@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-from warpvec.svg.arcs import BULGE, RADIUS_MIN, Arc, arc_rows, nearest_arc, runs
+from warpvec.svg.arcs import BULGE, RADIUS_MIN, Arc, arc_rows, are_arcs, nearest_arc, runs
 
 MISS_MAX = 0.02
 """Largest distance in pixels by which an arc may miss the curves that it replaces."""
@@ -68,7 +68,8 @@ def _with_arcs(rows: Floats, is_line: Mask, is_open: bool, tolerance: float) -> 
     done, last = 0, len(rows) - is_open
     for start, stop in runs(rows[:last], is_line[:last], ends[:last]):
         curves = _arc(rows[start:stop], ends[stop - 1], tolerance)
-        if curves is None and stop - start > 1:  # nearly a half may have no radius in ticks, and its quarters have one
+        if curves is None and are_arcs(rows[start:stop], ends[start:stop]).all():
+            # Nearly a half of a circle may have no radius in ticks, and its quarters have one.
             each = [_arc(rows[row : row + 1], ends[row], tolerance) for row in range(start, stop)]
             curves = np.concatenate([own for own in each if own is not None] or [rows[:0]])
             curves = curves if len(curves) == stop - start else None

@@ -23,7 +23,7 @@ ROWS_MAX = 8
 RADIUS_MIN = 100
 """Smallest radius of an arc in ticks. Curves of a few ticks are those of an arc by chance."""
 
-HANDLE_ERROR = 3.0
+HANDLE_ERROR = 1.6
 """Ticks by which the handles of a cubic that is an arc by itself may be off: rounded ends turn and stretch it."""
 
 HALF_MIN = math.radians(2.0)
@@ -120,7 +120,7 @@ def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tup
     tolerance = 2.0 + 0.02 * radius
     alike = np.hypot(x[1:] - x[:-1], y[1:] - y[:-1]) + np.abs(radius[1:] - radius[:-1]) <= tolerance[1:]
     alike &= ~is_line[1:] & ~is_line[:-1] & (radius[1:] >= RADIUS_MIN)
-    alone = ~is_line & _has_handles_of_arcs(rows, ends, x, y, radius)
+    alone = ~is_line & are_arcs(rows, ends)
     start = 0
     for row in range(1, len(rows) + 1):
         if row == len(rows) or not alike[row - 1]:
@@ -129,8 +129,9 @@ def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tup
             start = row
 
 
-def _has_handles_of_arcs(rows: Floats, ends: Floats, x: Floats, y: Floats, radius: Floats) -> NDArray[np.bool_]:
+def are_arcs(rows: Floats, ends: Floats) -> NDArray[np.bool_]:
     """Return which cubics [S] have the handles of an arc on their own circle, up to what rounding makes."""
+    x, y, radius = _own_circles(rows, ends)
     chord = np.hypot(*(ends - rows[:, 0]).T)
     is_arc = (radius >= RADIUS_MIN) & (chord > 0.0) & np.isfinite(x + y)
     known = np.where(is_arc, radius, 1.0)

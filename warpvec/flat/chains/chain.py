@@ -21,6 +21,9 @@ POINTS_MAX = 240
 CURVE_POINTS_MIN = 4
 """Fewest points of a curve."""
 
+RATIO_MAX = 4.0
+"""Largest factor by which handles may say another ratio of two curves than their lengths: tiny handles say nothing."""
+
 FIRMNESS, FIRM_MAX = 4.0, 4
 """Factor of the weight of squared distances in each box in which a chain must be kept better, and most such boxes."""
 
@@ -101,6 +104,19 @@ class Chain:
         low, high = self.parameters[:, :1], self.parameters[:, 1:]
         inner = cubic_points(self.curves[self.curve], low + (high - low) * t)
         return np.concatenate([inner.reshape(-1, 2), self.points[-1:]])
+
+    @cached_property
+    def shared_parameters(self) -> Floats:
+        """A parameter of each point [K] by which consecutive curves are parts of one, if they are.
+
+        Parts of one curve have handles in the ratio of their shares of its parameter.
+        """
+        length = np.linalg.norm(np.diff(self.curves, axis=1), axis=2)
+        by_length = length[1:].sum(1) / np.maximum(length[:-1].sum(1), 1e-9)
+        ratio = length[1:, 0] / np.maximum(length[:-1, 2], 1e-9)
+        shares = np.cumprod(np.append(1.0, np.clip(ratio, by_length / RATIO_MAX, by_length * RATIO_MAX)))
+        begins = np.cumsum(shares) - shares
+        return np.append(begins[self.curve] + shares[self.curve] * self.parameters[:, 0], shares.sum())
 
     def length_between(self, first: Integers, last: Integers) -> Floats:
         """Return the length of the chain between points [B] and later ones."""

@@ -13,6 +13,7 @@ import numpy as np
 from warpvec.arrays import Floats, Integers
 from warpvec.flat.chains.chain import Chain, angle_between
 from warpvec.flat.chains.parts import CUBIC, LINE, unit
+from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 
 NUMBERS = (2.0, 3.0, 6.0)
@@ -139,7 +140,10 @@ def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Float
     length = along[last] - along[first]
     place = along[first][:, None] + share * length[:, None]
     points = np.stack([np.interp(place, along, chain.points[:, k]) for k in (0, 1)], 2)
-    found = fit_cubics(chain.points[first], chain.points[last], points, np.tile(share, (len(first), 1)))
+    shared = np.interp(place, along, chain.shared_parameters)
+    begin, end = (chain.shared_parameters[each][:, None] for each in (first, last))
+    parameters = (shared - begin) / (end - begin)
+    found = fit_cubics(chain.points[first], chain.points[last], points, parameters, CURVES.precise_plan)
     return found.handles, np.where(np.isnan(found.square), np.inf, found.square) * length
 
 

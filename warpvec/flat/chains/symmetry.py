@@ -16,6 +16,9 @@ OFF_RMS, OFF_MAX = 1.5, 8.0
 FAR = 3.0
 """Pixels from a chain beyond which a mirrored point has no counterpart."""
 
+STUB = 0.5
+"""Pixels from a node up to which a chain crosses the axis in it: corners on an axis are off by less than outlines."""
+
 UPRIGHT, LEVEL = 0, 1
 """Axes: the coordinate that they mirror."""
 
@@ -122,33 +125,42 @@ def mirrored(points: Floats, axis: int, place: float) -> Floats:
 
 def halves_of(chain: Chain, axis: int, place: float) -> list[Chain]:
     """Return both halves of a symmetric chain that crosses the axis as often as its kind must, else none."""
-    side = np.sign(chain.points[:, axis] - place)
-    side[side == 0.0] = 1.0
-    crossings = np.flatnonzero(side[1:] != side[:-1])
+    side = np.where(chain.points[:, axis] >= place, 1.0, -1.0)
+    crossings = np.flatnonzero(side[1:] != side[:-1]).tolist()
     if len(crossings) != (2 if chain.is_closed else 1):
         return []
-    parts: list[list[Floats]] = [[]]
-    for number, curve in enumerate(chain.curves):
-        rest, start = curve, 0.0
-        for crossing in crossings[chain.curve[crossings] == number]:
-            t = _crossing(chain, int(crossing), axis, place)
-            first, rest = split(rest, (t - start) / (1.0 - start))
-            first[3, axis] = rest[0, axis] = place
-            start = t
-            parts[-1].append(first)
-            parts.append([])
-        parts[-1].append(rest)
-    if chain.is_closed:
-        parts = [parts[2] + parts[0], parts[1]]
-    return [Chain.of(np.stack(part), False, chain.firm) for part in parts]
+    cuts = [_crossing(chain, crossing, axis, place) for crossing in crossings]
+    count = float(len(chain.curves))
+    spans = [(cuts[0], cuts[-1]), (cuts[-1], cuts[0])] if chain.is_closed else [(0.0, cuts[0]), (cuts[0], count)]
+    found = []
+    for start, stop in spans:
+        half = _between(chain.curves, start, stop)
+        if start in cuts:
+            half[0, 0, axis] = place
+        if stop in cuts:
+            half[-1, 3, axis] = place
+        found.append(Chain.of(half, False, chain.firm))
+    return found
+
+
+def _between(curves: Floats, start: float, stop: float) -> Floats:
+    """Return the ``curves`` [S, 4, 2] of a loop from one place to another: the number of a curve, and its parameter."""
+    stop += len(curves) if stop <= start else 0.0
+    parts = []
+    for number in range(int(start), int(np.ceil(stop))):
+        part, _ = split(curves[number % len(curves)], min(stop - number, 1.0))
+        low = max(start - number, 0.0) / min(stop - number, 1.0)
+        parts.append(split(part, low)[1])
+    return np.stack(parts)
 
 
 def _crossing(chain: Chain, point: int, axis: int, place: float) -> float:
-    """Return the parameter of a curve where it crosses the axis, between a point of the chain and the next."""
-    curve, (low, high) = chain.curves[chain.curve[point]], chain.parameters[point].tolist()
-    sign = np.sign(chain.points[point, axis] - place) or 1.0
+    """Return where a chain crosses the axis, between a point and the next: in a node if that is near."""
+    number, (low, high) = int(chain.curve[point]), chain.parameters[point].tolist()
+    curve = chain.curves[number]
+    sign = 1.0 if chain.points[point, axis] >= place else -1.0
     for _ in range(40):
         t = (low + high) / 2.0
-        _, rest = split(curve, t)
-        low, high = (t, high) if sign * (rest[0, axis] - place) > 0.0 else (low, t)
-    return float(np.clip((low + high) / 2.0, 1e-6, 1.0 - 1e-6))
+        low, high = (t, high) if sign * (split(curve, t)[1][0, axis] - place) > 0.0 else (low, t)
+    near = np.linalg.norm(curve[[0, 3]] - split(curve, low)[1][0], axis=1) <= STUB
+    return float((number + (0.0 if near[0] else 1.0 if near[1] else low)) % len(chain.curves))
