@@ -68,7 +68,7 @@ def _with_arcs(rows: Floats, is_line: Mask, is_open: bool, tolerance: float) -> 
     done, last = 0, len(rows) - is_open
     for start, stop in runs(rows[:last], is_line[:last], ends[:last]):
         curves = _arc(rows[start:stop], ends[stop - 1], tolerance)
-        if curves is None and are_arcs(rows[start:stop], ends[start:stop]).all():
+        if curves is None and stop - start == 2 and are_arcs(rows[start:stop], ends[start:stop]).all():
             # Nearly a half of a circle may have no radius in ticks, and its quarters have one.
             each = [_arc(rows[row : row + 1], ends[row], tolerance) for row in range(start, stop)]
             curves = np.concatenate([own for own in each if own is not None] or [rows[:0]])

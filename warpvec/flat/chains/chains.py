@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,7 +17,7 @@ from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, wo
 from warpvec.flat.chains.parts import LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
-from warpvec.flat.chains.solve import solved
+from warpvec.flat.chains.solve import ROUNDS, solved
 from warpvec.flat.chains.symmetry import folds_of
 from warpvec.flat.chains.verdict import Verdict
 from warpvec.flat.constants.simplification import SIMPLIFICATION
@@ -32,6 +33,9 @@ from warpvec.watch.watch import Watch
 TRIED = ((1.0, True), (1.0, True), (1.0, False), (0.5, False))
 """Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses
 is tried with the next, and must be nearer where it was refused."""
+
+FIRST_ROUNDS = 3
+"""Steps of solutions without relations: the first one is fitted to the picture, and others begin near their end."""
 
 REFIT_ITERATIONS = 8
 """Most iterations of the fit of the first parts to the picture."""
@@ -64,17 +68,19 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         if not left or watch.is_over():
             break
         fixed = _points_but(scene, left) if is_regular else None
-        tried = found | _said(left, share * verdict.spread, nats, fixed, middle)
-        while tried.keys() - found.keys():
-            changed = np.isin(np.arange(scene.structure.loop_count), list(tried.keys() - found.keys()))
-            refused, boxes = verdict.refused(with_rows(scene, tried), changed)
-            if not refused.any():
-                break
-            for loop in np.flatnonzero(refused).tolist():
-                left[loop] = left[loop].firmer_in(boxes)
-            tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
-        found, left = tried, {loop: chain for loop, chain in left.items() if loop not in tried}
+        tried = _said(left, share * verdict.spread, nats, fixed, middle)
+        refused, boxes = verdict.refused(with_rows(scene, found | tried), _mask(scene, tried))
+        found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
+        left = {loop: chain.firmer_in(boxes) for loop, chain in left.items() if loop not in found}
+    # What is refused may have covered what others do wrong.
+    while found and (refused := verdict.refused(with_rows(scene, found), _mask(scene, found))[0]).any():
+        found = {loop: rows for loop, rows in found.items() if not refused[loop]}
     return with_rows(scene, found) if found else scene
+
+
+def _mask(scene: Scene, loops: Iterable[int]) -> Mask:
+    """Return which loops of ``scene`` are among ``loops`` [L]."""
+    return np.isin(np.arange(scene.structure.loop_count), list(loops))
 
 
 def _fitted(
@@ -93,8 +99,7 @@ def _fitted(
         values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
     ).scene  # fmt: skip
     found = _chains_of(drawn)
-    changed = np.isin(np.arange(first.structure.loop_count), list(chains))
-    refused, _ = verdict.refused(replace(first, segments=drawn.segments), changed)
+    refused, _ = verdict.refused(replace(first, segments=drawn.segments), _mask(first, chains))
     return {loop: chain for loop, chain in found.items() if not refused[loop]}
 
 
@@ -147,7 +152,7 @@ def _said(
     sketch = sketch_of(found, spread)
     if fixed is not None:
         hold_folds(sketch, chosen, near, middle)
-    solved(sketch)
+    solved(sketch, ROUNDS if fixed is not None else FIRST_ROUNDS)
     if fixed is not None:
         find_relations(sketch, near)
         solved(sketch)

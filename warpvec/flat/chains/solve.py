@@ -17,8 +17,11 @@ from warpvec.arrays import Floats, Integers
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.parts import ARC, SAMPLES, SIZES, drawn, radius_of
 
-ROUNDS = 8
-"""Gauss-Newton steps. The last ones move nodes by less than a thousandth of a pixel."""
+ROUNDS = 5
+"""Most Gauss-Newton steps. The last ones move nodes by less than ``MOVED``."""
+
+MOVED = 1e-3
+"""Largest change of a number in a step, in pixels, that ends a solution: files have two decimals."""
 
 HELD = 3e3
 """Weight of what is held, over that of a pixel of distance: what is left of it is below the last decimal of files."""
@@ -100,7 +103,7 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
         most = float(np.abs(step).max(initial=0.0))
         free = free + step * min(1.0, MOVE_MAX / max(most, 1e-12))
         sketch.numbers = basis @ free
-        if most < 1e-4:
+        if most < MOVED:
             break
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes
+from warpvec.flat.simplification.local_error import boxes_of, summed, sums_in_boxes
 from warpvec.flat.simplification.outline_samples import control_points, segment_loops
 from warpvec.geometry.meetings import meeting_rows
 from warpvec.geometry.scene import Scene
@@ -67,7 +67,11 @@ class Verdict:
         dark = image[..., :3] * image[..., 3:]
         return np.concatenate([dark, dark + 1.0 - image[..., 3:]], 2)
 
-    @property
+    @cached_property
+    def _summed_worth(self) -> Floats:
+        return summed(self._worth)
+
+    @cached_property
     def spread(self) -> float:
         """Deviation in pixels of the outlines from the picture, by the error that is left; at most the detail."""
         left = math.sqrt(float(self._before.sum()) / max(float(self._worth.sum()), 1e-9))
@@ -79,7 +83,7 @@ class Verdict:
         Also return the boxes [B, 2, 2], least and greatest coordinates, of segments near which the error rises most.
         """
         detail = ALLOWED * self.spread
-        rise, count = self.critic.error(new) - self._before, new.structure.loop_count
+        rise, count = summed(self.critic.error(new) - self._before), new.structure.loop_count
         wrong, boxes = np.zeros(count, bool), list[Floats]()
         for scene in (self.scene, new):
             control, loop = control_points(scene), segment_loops(scene)
@@ -104,8 +108,8 @@ class Verdict:
         return found
 
     def _is_over(
-        self, rise: Floats32, control: Floats, owner: Integers, count: int, reach: Floats, detail: float, noise: float
+        self, rise: Floats, control: Floats, owner: Integers, count: int, reach: Floats, detail: float, noise: float
     ) -> Mask:
-        """Return which owners [count] of segments ``control`` [R, 4, 2] have more ``rise`` [h, w] in their box."""
+        """Return which owners [count] of segments ``control`` [R, 4, 2] have more `summed` ``rise`` in their box."""
         low, high = boxes_of(np.stack([control.min(1) - reach, control.max(1) + reach], 1), owner, count)
-        return errors_in_boxes(rise, low, high) > detail**2 * errors_in_boxes(self._worth, low, high) + noise
+        return sums_in_boxes(rise, low, high) > detail**2 * sums_in_boxes(self._summed_worth, low, high) + noise
