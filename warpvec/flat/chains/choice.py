@@ -24,7 +24,7 @@ SMOOTH_DEGREES_MAX = 10.0
 """Angle in degrees between the end of a part and the chain up to which a joint is smooth, for long parts and at most.
 A part that is off by as much as outlines may be, at one end only, turns by the ratio of that to its length."""
 
-WORD = 0.5
+WORD = 1.5
 """Numbers that it is worth to say one part less, beside those of the part: where it ends, and which kind it is."""
 
 LEVEL_DEGREES = 1.0

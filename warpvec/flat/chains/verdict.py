@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from warpvec.arrays import Floats, Floats32, Integers, Mask
-from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, summed, sums_in_boxes
 from warpvec.flat.simplification.outline_samples import control_points, segment_loops
@@ -17,8 +16,8 @@ from warpvec.geometry.meetings import meeting_rows
 from warpvec.geometry.scene import Scene
 from warpvec.rendering.draw import draw_exactly
 
-ALLOWED = 1.0
-"""Move of an outline that is allowed, in the deviations of outlines that are there: the error at most doubles."""
+ALLOWED = 0.5
+"""Move of an outline that is allowed, in the deviations of outlines that are there: the error rises by a quarter."""
 
 SHIFT = 0.25
 """Move in pixels of the whole drawing that tells what a move of an outline costs, for strokes too."""
@@ -26,6 +25,9 @@ SHIFT = 0.25
 SPREAD_MIN = 0.02
 """Least deviation in pixels of outlines from a picture: rounding to 8 bits leaves some thousandths, and the corners of
 outlines that are fitted to it a few hundredths."""
+
+NOISE = 2e-3
+"""Squared error, summed over channels, that never counts: that of some hundred pixels rounded to 8 bits."""
 
 PEAK = 2.0
 """The same move of a part alone, in those of whole chains, as `STROKES.close_peak`."""
@@ -90,11 +92,11 @@ class Verdict:
             reach = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy() / 2.0
             own = reach[scene.structure.segment_path.numpy()][:, None]
             number = np.arange(len(control))
-            over = self._is_over(rise, control, loop, count, own, detail, SIMPLIFICATION.whole_noise)
-            peaks = self._is_over(rise, control, number, len(control), own, PEAK * detail, SIMPLIFICATION.noise)
+            over = self._is_over(rise, control, loop, count, own, detail, NOISE)
+            peaks = self._is_over(rise, control, number, len(control), own, PEAK * detail, NOISE)
             wrong |= over
             wrong[loop[peaks]] = True
-            worst = peaks | self._is_over(rise, control, number, len(control), own, detail, SIMPLIFICATION.noise)
+            worst = peaks | self._is_over(rise, control, number, len(control), own, detail, NOISE)
             boxes.append(np.stack([control.min(1), control.max(1)], 1)[worst])
         meets = segment_loops(new)[meeting_rows(new)]
         wrong[meets] |= ~self._met[meets]
