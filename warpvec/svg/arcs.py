@@ -129,11 +129,16 @@ def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tup
             start = row
 
 
-def are_arcs(rows: Floats, ends: Floats) -> NDArray[np.bool_]:
-    """Return which cubics [S] have the handles of an arc on their own circle, up to what rounding makes."""
+def are_arcs(
+    rows: Floats, ends: Floats, error: float = HANDLE_ERROR, radius_min: float = RADIUS_MIN
+) -> NDArray[np.bool_]:
+    """Return which cubics [S] have the handles of an arc on their own circle of ``radius_min`` at least.
+
+    ``error`` is the largest distance of handles; what is given is what rounding to ticks makes.
+    """
     x, y, radius = _own_circles(rows, ends)
     chord = np.hypot(*(ends - rows[:, 0]).T)
-    is_arc = (radius >= RADIUS_MIN) & (chord > 0.0) & np.isfinite(x + y)
+    is_arc = (radius >= radius_min) & (chord > 0.0) & np.isfinite(x + y)
     known = np.where(is_arc, radius, 1.0)
     half = np.arcsin(np.where(is_arc, chord / 2.0 / known, 0.0).clip(max=1.0))
     reach = 4.0 / 3.0 * np.tan(half / 2.0) * known
@@ -142,7 +147,7 @@ def are_arcs(rows: Floats, ends: Floats) -> NDArray[np.bool_]:
     for place, handle, way in ((rows[:, 0], rows[:, 1], 1.0), (ends, rows[:, 2], -1.0)):
         out = (place - np.stack([x, y], 1)) / known[:, None]
         wanted = place + (way * side * reach)[:, None] * np.stack([out[:, 1], -out[:, 0]], 1)
-        is_arc &= np.hypot(*(wanted - handle).T) <= HANDLE_ERROR
+        is_arc &= np.hypot(*(wanted - handle).T) <= error
     return is_arc
 
 

@@ -12,9 +12,9 @@ import torch
 from warpvec.arrays import Floats, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain
-from warpvec.flat.chains.choice import Part, numbers_of
+from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
-from warpvec.flat.chains.parts import LINE, rows_of
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
 from warpvec.flat.chains.solve import ROUNDS, solved
@@ -28,6 +28,7 @@ from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.polish.polish import polish
+from warpvec.svg.arcs import are_arcs
 from warpvec.watch.watch import Watch
 
 TRIED = ((1.0, True), (1.0, True), (1.0, False), (0.5, False))
@@ -36,6 +37,13 @@ is tried with the next, and must be nearer where it was refused."""
 
 FIRST_ROUNDS = 3
 """Steps of solutions without relations: the first one is fitted to the picture, and others begin near their end."""
+
+WORTH, SHARE_MIN = 2.0, 0.1
+"""A loop that says half as many numbers may cause all of the error that is allowed; none saves less than the second, as
+numbers that are equal are worth something too."""
+
+HANDLE_ERROR, RADIUS_MIN = 0.01, 0.5
+"""Error in pixels of the handles of a cubic that is an arc, and least radius."""
 
 REFIT_ITERATIONS = 8
 """Most iterations of the fit of the first parts to the picture."""
@@ -69,13 +77,33 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
             break
         fixed = _points_but(scene, left) if is_regular else None
         tried = _said(left, share * verdict.spread, nats, fixed, middle)
-        refused, boxes = verdict.refused(with_rows(scene, found | tried), _mask(scene, tried))
+        new = with_rows(scene, found | tried)
+        refused, boxes = verdict.refused(new, _mask(scene, tried), shares_of(scene, new))
         found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
         left = {loop: chain.firmer_in(boxes) for loop, chain in left.items() if loop not in found}
     # What is refused may have covered what others do wrong.
-    while found and (refused := verdict.refused(with_rows(scene, found), _mask(scene, found))[0]).any():
+    while found:
+        new = with_rows(scene, found)
+        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new))
+        if not refused.any():
+            return new
         found = {loop: rows for loop, rows in found.items() if not refused[loop]}
-    return with_rows(scene, found) if found else scene
+    return scene
+
+
+def shares_of(old: Scene, new: Scene) -> Floats:
+    """Return the share of the allowed error that each loop of ``new`` may cause, by the numbers that it saves [L]."""
+    before, after = (_numbers_of(scene) for scene in (old, new))
+    return np.clip(WORTH * (before - after) / np.maximum(before, 1.0), SHARE_MIN, 1.0)
+
+
+def _numbers_of(scene: Scene) -> Floats:
+    """Return the numbers that a file says of each loop of ``scene`` [L]."""
+    control, structure = whole_curves(scene).double().numpy(), scene.structure
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN)
+    numbers = np.where(is_arc, NUMBERS[ARC], NUMBERS[CUBIC])
+    numbers = np.where(structure.lines.numpy(), NUMBERS[LINE], numbers) * ~structure.end_rows.numpy()
+    return np.bincount(segment_loops(scene), numbers, structure.loop_count).astype(np.float64)
 
 
 def _mask(scene: Scene, loops: Iterable[int]) -> Mask:
@@ -99,7 +127,9 @@ def _fitted(
         values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
     ).scene  # fmt: skip
     found = _chains_of(drawn)
-    refused, _ = verdict.refused(replace(first, segments=drawn.segments), _mask(first, chains))
+    refused, _ = verdict.refused(
+        replace(first, segments=drawn.segments), _mask(first, chains), np.ones(first.structure.loop_count)
+    )
     return {loop: chain for loop, chain in found.items() if not refused[loop]}
 
 
