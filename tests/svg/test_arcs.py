@@ -84,7 +84,7 @@ def test_a_hole_and_a_half_circle_become_arcs_and_are_read_exactly(precision: in
 def test_a_curve_that_misses_a_circle_stays_a_curve() -> None:
     scene = ring_and_notch()
     scene.segments[5:, :, 0] = 30.0 + (scene.segments[5:, :, 0] - 30.0) * 1.01
-    scene.segments[0, 1, 0] += 0.4
+    scene.segments[:2, 1, 0] += 0.4
     assert " 0 0 " not in write_svg(with_arcs(round_nodes(scene, 2), 2, 1.0), 70, 70)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-from warpvec.svg.arcs import RADIUS_MIN, Arc, arc_rows, nearest_arc, runs
+from warpvec.svg.arcs import BULGE, RADIUS_MIN, Arc, arc_rows, are_arcs, nearest_arc, runs
 
 MISS_MAX = 0.02
 """Largest distance in pixels by which an arc may miss the curves that it replaces."""
@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 def with_arcs(scene: Scene, precision: int, units: float) -> Scene:
     """Return the cubic ``scene``, whose points are at whole ticks of ``10**-precision``, with true arcs.
 
-    Two or more curves of a loop that lie on one circle, within ``MISS_MAX``, become those of an arc. A whole circle
+    Curves of a loop that lie on one circle, within ``MISS_MAX``, become those of an arc. A whole circle
     becomes two halves. Forms stay.
 
     Args:
@@ -67,16 +67,26 @@ def _with_arcs(rows: Floats, is_line: Mask, is_open: bool, tolerance: float) -> 
     parts: list[tuple[Floats, Mask]] = []
     done, last = 0, len(rows) - is_open
     for start, stop in runs(rows[:last], is_line[:last], ends[:last]):
-        step = np.rint(ends[stop - 1] - rows[start, 0]).astype(np.int64)
-        arc = nearest_arc(rows[start:stop] - rows[start, 0], step, tolerance) if step.any() else None
-        if arc is not None:
-            curves = rows[start, 0] + arc_rows(step, arc)
+        curves = _arc(rows[start:stop], ends[stop - 1], tolerance)
+        if curves is None and stop - start == 2 and are_arcs(rows[start:stop], ends[start:stop]).all():
+            # Nearly a half of a circle may have no radius in ticks, and its quarters have one.
+            each = [_arc(rows[row : row + 1], ends[row], tolerance) for row in range(start, stop)]
+            curves = np.concatenate([own for own in each if own is not None] or [rows[:0]])
+            curves = curves if len(curves) == stop - start else None
+        if curves is not None:
             parts += [(rows[done:start], is_line[done:start]), (curves, np.zeros(len(curves), bool))]
             done = stop
     if not parts:
         return None
     parts.append((rows[done:], is_line[done:]))
     return np.concatenate([part for part, _ in parts]), np.concatenate([mask for _, mask in parts])
+
+
+def _arc(rows: Floats, end: Floats, tolerance: float) -> Floats | None:
+    """Return the curves [n, 3, 2] of the arc that ``rows`` are, up to their ``end``; None if they are none."""
+    step = np.rint(end - rows[0, 0]).astype(np.int64)
+    arc = nearest_arc(rows - rows[0, 0], step, tolerance) if step.any() else None
+    return None if arc is None else rows[0, 0] + arc_rows(step, arc)
 
 
 def _begun_between_arcs(rows: Floats, is_line: Mask) -> tuple[Floats, Mask]:
@@ -100,7 +110,7 @@ def _circle_of(rows: Floats, is_line: Mask, tolerance: float) -> Floats | None:
     center = np.rint((points.min(0) + points.max(0)) / 2.0)
     distances = np.hypot(*(points - center).T)
     radius = round(float(distances.mean()))
-    if radius < RADIUS_MIN or np.abs(distances - radius).max() > tolerance:
+    if radius < RADIUS_MIN or np.abs(distances - radius).max() > tolerance + BULGE * radius:
         return None
     area = float((points[:, 0] * np.roll(points[:, 1], -1) - points[:, 1] * np.roll(points[:, 0], -1)).sum())
     there = arc_rows(np.array([-2 * radius, 0]), Arc(radius, False, area > 0.0))

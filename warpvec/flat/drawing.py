@@ -15,6 +15,7 @@ from warpvec.arrays import Floats
 from warpvec.condition.jpeg import Jpeg
 from warpvec.condition.unrounding import Rounding
 from warpvec.config.fit_config import FitConfig
+from warpvec.flat.chains.chains import with_chains
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
@@ -179,6 +180,7 @@ class FlatDrawing:
             is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
             scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
             scene = replace(scene, generation=scene.generation % count)
+            scene = with_chains(scene, self.critic, watch, detail)
         return self._snapped(scene), left_out
 
     @cached_property

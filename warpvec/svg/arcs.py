@@ -23,12 +23,21 @@ ROWS_MAX = 8
 RADIUS_MIN = 100
 """Smallest radius of an arc in ticks. Curves of a few ticks are those of an arc by chance."""
 
+HANDLE_ERROR = 1.6
+"""Ticks by which the handles of a cubic that is an arc by itself may be off: rounded ends turn and stretch it."""
+
+HALF_MIN = math.radians(2.0)
+"""Least half of the angle by which such a cubic turns. Less is a line for the eye, and no arc says it more clearly."""
+
 _QUARTER = math.pi / 2
 _MORE_THAN_QUARTER = 0.01
 """A cubic may turn by so many quarters more than one: ends at ticks make a quarter a little larger."""
 
 _NEARLY_HALF = math.radians(15.0)
 """Within this, an arc may be a half: its radius is then half of the chord, as no radius in ticks gives its centre."""
+
+BULGE = 2.8e-4
+"""Largest distance of the cubic that stands for a quarter from its circle, in radii: 0.03 px at 100 px."""
 
 _RADII = (0, 1, -1, 2, -2, 3, -3)
 """Differences in ticks that are tried from the radius through three points at ticks."""
@@ -85,7 +94,7 @@ def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
     Args:
         rows: control points in ticks.
         step: the end of the last cubic.
-        tolerance: largest distance in ticks.
+        tolerance: largest distance in ticks, beside that of a quarter's cubic from its circle.
     """
     points = _points(rows, step)
     found: list[tuple[float, Arc]] = []
@@ -94,29 +103,57 @@ def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
         off = float(np.abs(np.hypot(points[:, 0] - circle.x, points[:, 1] - circle.y) - circle.radius).max())
         found.append((off, arc))
     best = min(found, key=lambda each: each[0], default=(math.inf, None))
-    return best[1] if best[0] <= tolerance else None
+    return best[1] if best[1] is not None and best[0] <= tolerance + BULGE * best[1].radius else None
 
 
 def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tuple[int, int]]:
-    """Yield the ranges of two or more consecutive cubics that may lie on one circle.
+    """Yield the ranges of consecutive cubics that may lie on one circle; one alone must have the handles of an arc.
 
     Args:
         rows: control points [S, 3, 2] in ticks.
         is_line: which are lines [S].
         ends: the end of each row [S, 2].
     """
-    if len(rows) - is_line.sum() < 2:
+    if is_line.all():
         return
     x, y, radius = _own_circles(rows, ends)
     tolerance = 2.0 + 0.02 * radius
     alike = np.hypot(x[1:] - x[:-1], y[1:] - y[:-1]) + np.abs(radius[1:] - radius[:-1]) <= tolerance[1:]
     alike &= ~is_line[1:] & ~is_line[:-1] & (radius[1:] >= RADIUS_MIN)
+    alone = ~is_line & are_arcs(rows, ends)
     start = 0
     for row in range(1, len(rows) + 1):
         if row == len(rows) or not alike[row - 1]:
-            if row - start > 1:
+            if row - start > 1 or alone[start]:
                 yield start, row
             start = row
+
+
+def are_arcs(
+    rows: Floats, ends: Floats, error: float = HANDLE_ERROR, radius_min: float = RADIUS_MIN
+) -> NDArray[np.bool_]:
+    """Return which cubics [S] have the handles of an arc on their own circle of ``radius_min`` at least.
+
+    ``error`` is the largest distance of handles; what is given is what rounding to ticks makes.
+    """
+    x, y, radius = _own_circles(rows, ends)
+    chord = np.hypot(*(ends - rows[:, 0]).T)
+    is_arc = (radius >= radius_min) & (chord > 0.0) & np.isfinite(x + y)
+    known = np.where(is_arc, radius, 1.0)
+    half = np.arcsin(np.where(is_arc, chord / 2.0 / known, 0.0).clip(max=1.0))
+    reach = 4.0 / 3.0 * np.tan(half / 2.0) * known
+    side = np.sign(_cross(ends - rows[:, 0], rows[:, 1] - rows[:, 0]))
+    is_arc &= half >= HALF_MIN
+    for place, handle, way in ((rows[:, 0], rows[:, 1], 1.0), (ends, rows[:, 2], -1.0)):
+        out = (place - np.stack([x, y], 1)) / known[:, None]
+        wanted = place + (way * side * reach)[:, None] * np.stack([out[:, 1], -out[:, 0]], 1)
+        is_arc &= np.hypot(*(wanted - handle).T) <= error
+    return is_arc
+
+
+def _cross(u: Floats, v: Floats) -> Floats:
+    product: Floats = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return product
 
 
 def _own_circles(rows: Floats, ends: Floats) -> tuple[Floats, Floats, Floats]:

@@ -341,7 +341,7 @@ def _arcs(relative: Ticks, is_line: NDArray[np.bool_]) -> dict[int, tuple[int, T
     rows = np.concatenate([starts[:, None], starts[:, None] + relative[:, :2]], 1)
     for first, stop in runs(rows.astype(np.float64), is_line, ends.astype(np.float64)):
         row = first
-        while row < stop - 1:
+        while row < stop:
             for last in _stops(row, stop, is_whole=bool((starts[row] == ends[stop - 1]).all())):
                 step = ends[last - 1] - starts[row]
                 arc = arc_of(rows[row:last] - starts[row], step) if step.any() else None
@@ -354,7 +354,7 @@ def _arcs(relative: Ticks, is_line: NDArray[np.bool_]) -> dict[int, tuple[int, T
 
 def _stops(row: int, stop: int, is_whole: bool) -> list[int]:
     """Return the rows before which an arc from ``row`` on may end, the one to be tried first at the beginning."""
-    longest = list(range(min(stop, row + ROWS_MAX), row + 1, -1))
+    longest = list(range(min(stop, row + ROWS_MAX), row, -1))
     return [row + (stop - row) // 2, *longest] if is_whole and stop - row >= 4 else longest
 
 

@@ -176,11 +176,6 @@ class SimplificationConstants:
     """Share of the detail that regular forms may take. With all of it, lines that are a third of a degree off the level
     on purpose would be made level."""
 
-    axis_degrees: float = 3.0
-    axis_move: float = 0.3
-    """Largest angle by which the tangent of a smooth node turns to be level or upright, and the largest move of a
-    handle in pixels by that."""
-
     # Spikes (simplification/spikes.py)
 
     spike_width: float = 1 / 3
@@ -287,21 +282,6 @@ class SimplificationConstants:
     form_split_min: float = 0.5
     """Share of the parts of a path that must be forms to become paths of their own: the dot of an "i" stays with its
     word."""
-
-    # Rounded corners (simplification/rounded_corners.py)
-
-    arc_turn_min: float = 20.0
-    arc_turn_max: float = 110.0
-    """Angles in degrees by which one cubic turns as an arc."""
-
-    arc_unequal_max: float = 1.5
-    """Largest difference in pixels of the distances of both ends from the corner that the lines would make."""
-
-    arc_radii_alike: float = 0.7
-    """Radii of one loop that differ by less, in pixels, become equal."""
-
-    arc_smooth_degrees: float = 6.0
-    """Largest angle between a line and the handle of the curve that follows it."""
 
     # Fewer stops of gradients (simplification/fewer_stops.py)
 

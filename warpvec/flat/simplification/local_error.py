@@ -36,8 +36,17 @@ def boxes_of(control: Floats, owner: Integers, count: int) -> tuple[Floats, Floa
 
 def errors_in_boxes(error: Floats32, low: Floats, high: Floats) -> Floats:
     """Return the sum of ``error`` [h, w] in the pixels of each box [K] and those beside it."""
-    height, width = error.shape
-    sums = np.pad(error.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    return sums_in_boxes(summed(error), low, high)
+
+
+def summed(error: Floats32) -> Floats:
+    """Return the sum of ``error`` [h, w] above and to the left of each corner of a pixel [h + 1, w + 1]."""
+    return np.pad(error.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+
+
+def sums_in_boxes(sums: Floats, low: Floats, high: Floats) -> Floats:
+    """Return what `errors_in_boxes` does of an error that is `summed` [h + 1, w + 1]."""
+    height, width = sums.shape[0] - 1, sums.shape[1] - 1
     size = np.array([width, height])
     (left, top), (right, bottom) = (
         np.clip(each, 0, size).astype(np.int64).T for each in (np.floor(low) - 1, np.ceil(high) + 1)

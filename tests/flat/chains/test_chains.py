@@ -1,0 +1,82 @@
+"""Drawings are said as lines, arcs and cubics where the picture agrees, and stay as they are where it does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from chain_pictures import line, quarter, rounded_rectangle
+from flat_drawings import BLACK, drawing, picture
+
+from warpvec.config.fit_config import FitConfig
+from warpvec.drawing.arc_rounding import with_arcs
+from warpvec.flat.chains.chain import split
+from warpvec.flat.chains.chains import with_chains
+from warpvec.flat.simplification.critic import Critic
+from warpvec.geometry.rounding import round_nodes
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import ROUND, Strokes
+from warpvec.geometry.structure import Structure
+from warpvec.svg.write import write_svg
+from warpvec.watch.watch import Watch
+
+CONFIG = FitConfig(threads=1)
+
+
+def scene_of(curves: np.ndarray) -> Scene:
+    return drawing((BLACK, [torch.from_numpy(curves[:, :3].reshape(-1, 2))]))
+
+
+def regular(scene: Scene, image: torch.Tensor) -> Scene:
+    return with_chains(scene, Critic(image, CONFIG), Watch())
+
+
+def test_a_rough_rounded_rectangle_becomes_four_lines_and_four_arcs():
+    exact = rounded_rectangle(9.3, 12.3, 44.0, 36.0, (8.0, 8.0, 8.0, 8.0))
+    rough = np.concatenate([np.stack(split(curve, 0.45)) for curve in exact])
+    found = regular(scene_of(rough), picture(scene_of(exact)))
+
+    text = write_svg(with_arcs(round_nodes(found, 2), 2, 1.0), 64, 64)
+    data = text.partition(' d="')[2].partition('"')[0]
+
+    assert data.count("a") == 4 and data.count("c") == data.count("s") == 0
+    lengths = sorted(map(float, torch.diff(found.segments[:, 0], dim=0).abs().amax(1).tolist()))
+    assert abs(lengths[-1] - 28.0) < 0.1
+    assert found.structure.segment_count == 8
+
+
+def test_an_open_stroke_keeps_its_ends_and_gets_its_arc():
+    curves = np.concatenate([line((10.2, 50.4), (30.2, 50.4)), quarter((30.2, 50.4), (50.2, 50.4), (50.2, 30.4))])
+    rough = np.concatenate([np.stack(split(curve, 0.3)) for curve in curves])
+    rows = np.concatenate([rough[:, :3], np.repeat(rough[-1:, 3:], 3, 1)])
+    structure = Structure.of_loops([[len(rows)]], None, torch.tensor([True]))
+    kind = torch.full((1,), ROUND, dtype=torch.int32)
+    strokes = Strokes(torch.tensor([6.0]), kind, kind, torch.tensor([4.0]))
+    values = (torch.zeros(1, 3), torch.ones(1), torch.ones(3), torch.zeros(1, dtype=torch.int64))
+    scene = Scene(torch.from_numpy(rows).float(), structure, *values, strokes=strokes)
+
+    found = regular(scene, picture(scene))
+
+    assert found.structure.lines.tolist() == [True, False, True]  # the last row is the end
+    assert torch.allclose(found.segments[[0, -1], 0], torch.tensor([[10.2, 50.4], [50.2, 30.4]]), atol=0.02)
+    assert found.segments[0, 0, 1] == found.segments[1, 0, 1]
+
+
+def test_what_the_picture_shows_otherwise_stays():
+    exact = rounded_rectangle(9.3, 12.3, 44.0, 36.0, (8.0, 8.0, 8.0, 8.0))
+    tilted = exact.copy()
+    tilted[..., 1] += 0.02 * tilted[..., 0]
+    scene = scene_of(tilted)
+    found = regular(scene, picture(scene))
+    before, after = (Critic(picture(scene), CONFIG).error(each).sum() for each in (scene, found))
+    assert after <= 1.3 * before + 0.02
+    assert (found.segments[found.structure.lines, 0, 1].diff().abs() > 0.1).any()
+
+
+def test_forms_and_colours_stay_and_an_empty_drawing_too():
+    scene = scene_of(rounded_rectangle(9.3, 12.3, 44.0, 36.0, (8.0, 8.0, 8.0, 8.0)))
+    found = regular(scene, picture(scene))
+    assert torch.equal(found.color, scene.color) and found.forms is None
+    empty = replace(scene.select(torch.zeros(0, dtype=torch.int64)))
+    assert len(regular(empty, torch.ones(64, 64, 3))) == 0

@@ -1,0 +1,1 @@
+"""Lines, arcs and cubics along outlines and centre lines, chosen by price."""

@@ -1,0 +1,164 @@
+"""A chain: a loop of an outline, or a centre line, as points that are close together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from warpvec.arrays import Floats, Integers, Mask
+from warpvec.flat.chains.parts import unit
+from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
+
+STEP = 1.0
+"""Distance of the points of a chain in pixels: places of nodes are then solved for."""
+
+POINTS_MAX = 240
+"""Most points of a chain, but for those of short curves: each pair of points is looked at."""
+
+CURVE_POINTS_MIN = 4
+"""Fewest points of a curve."""
+
+RATIO_MAX = 4.0
+"""Largest factor by which handles may say another ratio of two curves than their lengths: tiny handles say nothing."""
+
+FIRMNESS, FIRM_MAX = 4.0, 4
+"""Factor of the weight of squared distances in each box in which a chain must be kept better, and most such boxes."""
+
+CORNER_DEGREES = 12.0
+"""Turn at a node of curves from which it surely is a corner. Fitted curves turn by less where the picture is smooth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """K points along curves that follow one another.
+
+    Attributes:
+        curves: control points [S, 4, 2].
+        points: the points [K, 2] px; the last of a closed chain is the first.
+        middles: points halfway between two of them, along the curves [K - 1, 2].
+        lengths: lengths from point to point [K - 1] px.
+        before, after: unit directions in which the curves arrive at and leave each point [K, 2].
+        is_corner: points that no part passes [K]; the ends are such points.
+        curve: the curve between each point and the next [K - 1], and its parameter at each point there [K - 1, 2].
+        is_closed: whether the chain is closed.
+        firm: boxes [B, 2, 2], least and greatest coordinates, in which it must be kept better.
+        weights: how well it must be kept between its points [K - 1].
+    """
+
+    curves: Floats
+    points: Floats
+    middles: Floats
+    lengths: Floats
+    before: Floats
+    after: Floats
+    is_corner: Mask
+    curve: Integers
+    parameters: Floats
+    is_closed: bool
+    firm: Floats
+    weights: Floats
+
+    @staticmethod
+    def of(curves: Floats, is_closed: bool, firm: Floats | None = None) -> Chain:
+        """Return the chain of ``curves`` [S, 4, 2], which must be kept better in the boxes ``firm`` [B, 2, 2]."""
+        length = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
+        step = max(STEP, float(length.sum()) / POINTS_MAX)
+        counts = np.maximum(np.ceil(length / step).astype(np.int64), CURVE_POINTS_MIN)
+        curve = np.repeat(np.arange(len(curves)), counts)
+        number = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
+        parameters = np.stack([number / counts[curve], (number + 1) / counts[curve]], 1)
+        own = curves[curve]
+        ends = cubic_points(own, parameters)
+        middles = cubic_points(own, parameters.mean(1, keepdims=True))[:, 0]
+        ways = _directions(own, parameters)
+        points = np.concatenate([ends[:1, 0], ends[:, 1]])
+        after, before = np.concatenate([ways[:, 0], ways[-1:, 1]]), np.concatenate([ways[:1, 0], ways[:, 1]])
+        if is_closed:
+            before[0], after[-1] = before[-1], after[0]
+        turn = np.degrees(np.arccos(np.clip((before * after).sum(1), -1.0, 1.0)))
+        is_corner = turn > CORNER_DEGREES
+        is_corner[[0, -1]] |= not is_closed
+        firm = np.zeros((0, 2, 2)) if firm is None else firm
+        return Chain(
+            curves, points, middles, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), before, after, is_corner, curve,
+            parameters, is_closed, firm, _weights(middles, firm),
+        )  # fmt: skip
+
+    def firmer_in(self, boxes: Floats) -> Chain:
+        """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
+        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]))
+
+    @property
+    def along(self) -> Floats:
+        """Direction of the chain at each point [K, 2]: the mean of both sides."""
+        return unit(self.before + self.after)
+
+    @cached_property
+    def dense(self) -> Floats:
+        """Points along the chain, at most about a pixel apart [D, 2]."""
+        count = int(np.ceil(self.lengths.max() / STEP)) + 1
+        t = np.linspace(0.0, 1.0, count)[:-1]
+        low, high = self.parameters[:, :1], self.parameters[:, 1:]
+        inner = cubic_points(self.curves[self.curve], low + (high - low) * t)
+        return np.concatenate([inner.reshape(-1, 2), self.points[-1:]])
+
+    @cached_property
+    def shared_parameters(self) -> Floats:
+        """A parameter of each point [K] by which consecutive curves are parts of one, if they are.
+
+        Parts of one curve have handles in the ratio of their shares of its parameter.
+        """
+        length = np.linalg.norm(np.diff(self.curves, axis=1), axis=2)
+        by_length = length[1:].sum(1) / np.maximum(length[:-1].sum(1), 1e-9)
+        ratio = length[1:, 0] / np.maximum(length[:-1, 2], 1e-9)
+        shares = np.cumprod(np.append(1.0, np.clip(ratio, by_length / RATIO_MAX, by_length * RATIO_MAX)))
+        begins = np.cumsum(shares) - shares
+        return np.append(begins[self.curve] + shares[self.curve] * self.parameters[:, 0], shares.sum())
+
+    def length_between(self, first: Integers, last: Integers) -> Floats:
+        """Return the length of the chain between points [B] and later ones."""
+        along = np.concatenate([[0.0], np.cumsum(self.lengths)])
+        return along[last] - along[first]
+
+    def begun_at(self, point: int) -> Chain:
+        """Return a closed chain from another point on, which is the end of a curve then."""
+        if point in (0, len(self.points) - 1):
+            return self
+        curve, t = int(self.curve[point]), float(self.parameters[point, 0])
+        if t == 0.0:
+            return Chain.of(np.roll(self.curves, -curve, axis=0), True, self.firm)
+        first, second = split(self.curves[curve], t)
+        rest = [*self.curves[curve + 1 :], *self.curves[:curve]]
+        return Chain.of(np.stack([second, *rest, first]), True, self.firm)
+
+
+def _weights(points: Floats, boxes: Floats) -> Floats:
+    """Return how well a chain must be kept at ``points`` [K, 2]: ``FIRMNESS`` for each of ``boxes`` [B, 2, 2] there."""
+    is_in = ((points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)).all(2)
+    found: Floats = FIRMNESS ** np.minimum(is_in.sum(0), FIRM_MAX).astype(np.float64)
+    return found
+
+
+def split(curve: Floats, t: float) -> tuple[Floats, Floats]:
+    """Return both parts of a ``curve`` [4, 2] up to and from the parameter ``t`` on."""
+    first, second = curve.copy(), curve.copy()
+    for k in (1, 2, 3):
+        first[k:] = first[k - 1 : -1] * (1.0 - t) + first[k:] * t
+        second[: 4 - k] = second[: 4 - k] * (1.0 - t) + second[1 : 5 - k] * t
+    return first, second
+
+
+def _directions(curves: Floats, parameters: Floats) -> Floats:
+    """Return the unit directions [K, 2, 2] of ``curves`` [K, 4, 2] at two parameters each, that of chords at cusps."""
+    slopes = cubic_slopes(curves, parameters)
+    inner = cubic_slopes(curves, np.clip(parameters, 0.02, 0.98))
+    is_cusp = np.linalg.norm(slopes, axis=-1, keepdims=True) < 1e-3
+    return unit(np.where(is_cusp, inner, slopes))
+
+
+def angle_between(first: Floats, second: Floats) -> Floats:
+    """Return the angle in degrees between unit vectors [..., 2]."""
+    return np.degrees(np.arccos(np.clip((first * second).sum(-1), -1.0, math.inf).clip(max=1.0)))

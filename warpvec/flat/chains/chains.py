@@ -1,0 +1,218 @@
+"""Say outlines and centre lines again, as lines, circular arcs and cubics that meet smoothly or in corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import torch
+
+from warpvec.arrays import Floats, Mask
+from warpvec.config.fit_config import FitConfig
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
+from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
+from warpvec.flat.chains.relations import find_relations
+from warpvec.flat.chains.sketch import parted, sketch_of
+from warpvec.flat.chains.solve import ROUNDS, solved
+from warpvec.flat.chains.symmetry import folds_of
+from warpvec.flat.chains.verdict import Verdict
+from warpvec.flat.constants.simplification import SIMPLIFICATION
+from warpvec.flat.price import number_nats
+from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.simplification.outline_samples import cubic_points, segment_loops
+from warpvec.geometry.bezier import whole_curves
+from warpvec.geometry.scene import Scene
+from warpvec.geometry.structure import Structure
+from warpvec.polish.polish import polish
+from warpvec.svg.arcs import are_arcs
+from warpvec.watch.watch import Watch
+
+TRIED = ((1.0, True), (1.0, True), (1.0, False), (0.5, False))
+"""Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses
+is tried with the next, and must be nearer where it was refused."""
+
+FIRST_ROUNDS = 3
+"""Steps of solutions without relations: the first one is fitted to the picture, and others begin near their end."""
+
+WORTH, SHARE_MIN = 2.0, 0.1
+"""A loop that says half as many numbers may cause all of the error that is allowed; none saves less than the second, as
+numbers that are equal are worth something too."""
+
+HANDLE_ERROR, RADIUS_MIN = 0.01, 0.5
+"""Error in pixels of the handles of a cubic that is an arc, and least radius."""
+
+REFIT_ITERATIONS = 8
+"""Most iterations of the fit of the first parts to the picture."""
+
+NEAR, NEAR_MIN, NEAR_MAX = 2.0, 0.05, 0.1
+"""Moves of numbers that a relation may cause, in deviations of places, and bounds of them in pixels. The picture
+judges afterwards."""
+
+CURVES_MAX = 400
+"""Most curves of a chain that is looked at: longer ones are no designer's."""
+
+
+def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> Scene:
+    """Return ``scene`` with chosen parts where the exact error hardly rises.
+
+    Args:
+        scene: a drawing of filled and stroked cubics, fitted to the picture. Its forms stay.
+        critic: judges the changes against the picture.
+        watch: the watch over the run. When it is over, nothing more is changed.
+        detail: root mean square in pixels by which an outline may move, as the picture shows it.
+    """
+    left = _chains_of(scene)
+    if not left or watch.is_over():
+        return scene
+    height, width = critic.image.shape[:2]
+    verdict, nats, middle = Verdict(scene, critic, detail), number_nats(max(height, width)), (width / 2.0, height / 2.0)
+    left |= _fitted(verdict, left, _said(left, detail, nats, None, middle), watch)
+    found: dict[int, tuple[Floats, Mask]] = {}
+    for share, is_regular in TRIED:
+        if not left or watch.is_over():
+            break
+        fixed = _points_but(scene, left) if is_regular else None
+        tried = _said(left, share * verdict.spread, nats, fixed, middle)
+        new = with_rows(scene, found | tried)
+        refused, boxes = verdict.refused(new, _mask(scene, tried), shares_of(scene, new))
+        found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
+        left = {loop: chain.firmer_in(boxes) for loop, chain in left.items() if loop not in found}
+    # What is refused may have covered what others do wrong.
+    while found:
+        new = with_rows(scene, found)
+        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new))
+        if not refused.any():
+            return new
+        found = {loop: rows for loop, rows in found.items() if not refused[loop]}
+    return scene
+
+
+def shares_of(old: Scene, new: Scene) -> Floats:
+    """Return the share of the allowed error that each loop of ``new`` may cause, by the numbers that it saves [L]."""
+    before, after = (_numbers_of(scene) for scene in (old, new))
+    return np.clip(WORTH * (before - after) / np.maximum(before, 1.0), SHARE_MIN, 1.0)
+
+
+def _numbers_of(scene: Scene) -> Floats:
+    """Return the numbers that a file says of each loop of ``scene`` [L]."""
+    control, structure = whole_curves(scene).double().numpy(), scene.structure
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN)
+    numbers = np.where(is_arc, NUMBERS[ARC], NUMBERS[CUBIC])
+    numbers = np.where(structure.lines.numpy(), NUMBERS[LINE], numbers) * ~structure.end_rows.numpy()
+    return np.bincount(segment_loops(scene), numbers, structure.loop_count).astype(np.float64)
+
+
+def _mask(scene: Scene, loops: Iterable[int]) -> Mask:
+    """Return which loops of ``scene`` are among ``loops`` [L]."""
+    return np.isin(np.arange(scene.structure.loop_count), list(loops))
+
+
+def _fitted(
+    verdict: Verdict, chains: dict[int, Chain], said: dict[int, tuple[Floats, Mask]], watch: Watch
+) -> dict[int, Chain]:
+    """Return those of ``chains`` that match the picture once their parts, as they are ``said``, are fitted to it.
+
+    A chain of other parts is off by as much as the detail: only parts of the right kinds come as near as the picture
+    tells.
+    """
+    scene, critic = verdict.scene, verdict.critic
+    first = with_rows(scene, said)
+    locked = None if first.forms is None else first.forms.is_form
+    drawn = polish(
+        critic.target, first, critic.config, watch.side_part(), iterations=REFIT_ITERATIONS,
+        values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
+    ).scene  # fmt: skip
+    found = _chains_of(drawn)
+    refused, _ = verdict.refused(
+        replace(first, segments=drawn.segments), _mask(first, chains), np.ones(first.structure.loop_count)
+    )
+    return {loop: chain for loop, chain in found.items() if not refused[loop]}
+
+
+def _chains_of(scene: Scene) -> dict[int, Chain]:
+    """Return the chain of each loop that has no form."""
+    control, structure = whole_curves(scene).double().numpy(), scene.structure
+    owner, forms = structure.segment_path.numpy(), scene.forms
+    found = {}
+    for loop, (start, stop) in enumerate(pairwise(structure.loop_first_segment.tolist())):
+        is_open = structure.is_open is not None and bool(structure.is_open[loop])
+        is_form = forms is not None and bool(forms.is_form[owner[start]])
+        curves = control[start : stop - is_open]
+        curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > 1e-6]
+        if not is_form and 0 < len(curves) <= CURVES_MAX:
+            found[loop] = Chain.of(curves, not is_open)
+    return found
+
+
+def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:
+    """Return points [K, 2] along the outlines of ``scene`` that are none of ``chains``."""
+    control, loop = whole_curves(scene).double().numpy(), segment_loops(scene)
+    stays = ~np.isin(loop, list(chains)) & ~scene.structure.end_rows.numpy()
+    return cubic_points(control[stays], (np.arange(8) + 0.5) / 8).reshape(-1, 2)
+
+
+def _said(
+    chains: dict[int, Chain], spread: float, nats: float, fixed: Floats | None, middle: tuple[float, float]
+) -> dict[int, tuple[Floats, Mask]]:
+    """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S].
+
+    Args:
+        chains: the chains by their loops.
+        spread: deviation of places in pixels.
+        nats: of a number.
+        fixed: points [K, 2] of outlines that stay; None for no relations.
+        middle: of the canvas.
+    """
+    near = min(max(NEAR * spread, NEAR_MIN), NEAR_MAX)
+    folds = {} if fixed is None else folds_of(chains, fixed, near)
+    twins = {each[0].twin for each in folds.values()}
+    loops = [loop for loop in chains if loop not in twins]
+    found, chosen = list[tuple[Chain, list[Part]]](), {}
+    for number, loop in enumerate(loops):
+        halves = [fold.chain for fold in folds.get(loop, [])] or [chains[loop]]
+        offers = [parted(each, spread, nats) for each in halves]
+        best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][1]))
+        found.append(offers[best])
+        if loop in folds:
+            chosen[number] = folds[loop][best]
+    sketch = sketch_of(found, spread)
+    if fixed is not None:
+        hold_folds(sketch, chosen, near, middle)
+    solved(sketch, ROUNDS if fixed is not None else FIRST_ROUNDS)
+    if fixed is not None:
+        find_relations(sketch, near)
+        solved(sketch)
+    rows: dict[int, tuple[Floats, Mask]] = {}
+    for number, loop in enumerate(loops):
+        fold, is_open = chosen.get(number), not chains[loop].is_closed
+        words = words_of(sketch, number) if fold is None or fold.twin is not None else unfolded(sketch, number, fold)
+        rows[loop] = _rows(words, is_open)
+        if fold is not None and fold.twin is not None:
+            rows[fold.twin] = _rows(image_of(words, fold.axis, float(sketch.numbers[sketch.axes[number]])), is_open)
+    return rows
+
+
+def _rows(words: Words, is_open: bool) -> tuple[Floats, Mask]:
+    """Return the rows of the parts of a loop, and which are lines."""
+    rows = [rows_of(*word) for word in words]
+    is_line = [np.full(len(own), kind == LINE) for own, (kind, _) in zip(rows, words, strict=True)]
+    if is_open:
+        rows.append(np.repeat(words[-1][1][2:4][None, None], 3, 1))
+        is_line.append(np.array([True]))
+    return np.concatenate(rows), np.concatenate(is_line)
+
+
+def with_rows(scene: Scene, loops: dict[int, tuple[Floats, Mask]]) -> Scene:
+    """Return ``scene`` with other rows [S, 3, 2] for some loops, of which some are lines [S]."""
+    structure = scene.structure
+    sizes = structure.loop_first_segment.diff().tolist()
+    rows, lines = (list(torch.split(values, sizes)) for values in (scene.segments, structure.lines))
+    for loop, (segments, is_line) in loops.items():
+        rows[loop], lines[loop] = torch.from_numpy(segments).to(scene.segments), torch.from_numpy(is_line)
+    counts = [[len(each) for each in rows[a:b]] for a, b in pairwise(structure.path_first_loop.tolist())]
+    parted = Structure.of_loops(counts, torch.cat(lines), structure.is_open)
+    return replace(scene, segments=torch.cat(rows), structure=parted, forms=None).with_forms(scene.forms)

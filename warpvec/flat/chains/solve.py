@@ -1,0 +1,260 @@
+"""Solve the numbers of chains of parts: as near to the chains as their smooth joints and relations allow.
+
+All numbers of a drawing are one vector: both coordinates of each node, then the bulge of each arc and the handles of
+each cubic. Coordinates that are equal are one free number. What is not linear, such as smooth joints and equal radii,
+is held by weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph, linalg
+
+from warpvec.arrays import Floats, Integers
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.parts import ARC, SAMPLES, SIZES, drawn, radius_of
+
+ROUNDS = 5
+"""Most Gauss-Newton steps. The last ones move nodes by less than ``MOVED``."""
+
+MOVED = 1e-3
+"""Largest change of a number in a step, in pixels, that ends a solution: files have two decimals."""
+
+HELD = 3e3
+"""Weight of what is held, over that of a pixel of distance: what is left of it is below the last decimal of files."""
+
+HOLD_REACH = 20.0
+"""Length in pixels whose end a smooth joint holds: a turn of a hundredth of a degree moves it by 0.003 px."""
+
+END = 3.0
+"""Weight of the ends of open chains: a cap is as wide as some pixels of outline."""
+
+STAY = 0.02
+"""Weight by which a number stays where it is in a step: what nothing else holds, such as nodes along a line."""
+
+STEP = 1e-5
+"""Change of a number in pixels by which derivatives are measured."""
+
+MOVE_MAX = 3.0
+"""Largest change of a number in a step, in pixels."""
+
+
+@dataclass(eq=False)
+class Sketch:
+    """Chains of parts with their numbers.
+
+    Attributes:
+        kind: of each part [P].
+        columns: where the numbers of each part are in the vector: P arrays.
+        numbers: the vector [M].
+        chain: the chain of each part [P].
+        first, last: the points of its chain between which each part is [P].
+        smooth: pairs of parts that go on in one direction [J, 2].
+        ranges: the first part of each chain, and the one after its last.
+        chains: the chains.
+        radii: groups of arcs of one radius.
+        equal: pairs of numbers that are one.
+        diagonal: lines that rise by 45 degrees.
+        square: parts whose start (0) or end (1) has no direction along a coordinate but this one.
+        axes: the number that is the place of the axis of a chain.
+        at_axis: starts (0) and ends (1) of chains that lie at their axis.
+        fixed: numbers that stay.
+    """
+
+    kind: Integers
+    columns: list[Integers]
+    numbers: Floats
+    chain: Integers
+    first: Integers
+    last: Integers
+    smooth: Integers
+    ranges: list[tuple[int, int]]
+    chains: list[Chain]
+    radii: list[Integers] = field(default_factory=list)
+    equal: list[list[int]] = field(default_factory=list)
+    diagonal: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    square: list[tuple[int, int, int]] = field(default_factory=list)
+    axes: dict[int, int] = field(default_factory=dict)
+    at_axis: list[tuple[int, int]] = field(default_factory=list)
+    fixed: list[int] = field(default_factory=list)
+
+    def of(self, part: int) -> Floats:
+        """Return the numbers of a part."""
+        return self.numbers[self.columns[part]]
+
+    def rows_of_kind(self, kind: int) -> Integers:
+        """Return the parts of a kind."""
+        return np.flatnonzero(self.kind == kind)
+
+
+def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
+    """Move the numbers of ``sketch`` as near to its chains as what is held allows."""
+    basis = _basis(sketch)
+    free = (basis.T @ sketch.numbers) / np.asarray(basis.sum(0)).ravel()
+    sketch.numbers = basis @ free
+    for _ in range(rounds):
+        residual, slopes = _equations(sketch)
+        slopes = slopes @ basis
+        matrix = (slopes.T @ slopes + STAY**2 * sparse.eye(len(free))).tocsc()
+        step = -np.asarray(linalg.spsolve(matrix, slopes.T @ residual))
+        most = float(np.abs(step).max(initial=0.0))
+        free = free + step * min(1.0, MOVE_MAX / max(most, 1e-12))
+        sketch.numbers = basis @ free
+        if most < MOVED:
+            break
+
+
+def _basis(sketch: Sketch) -> sparse.csr_matrix:
+    """Return how the numbers [M] follow from free ones [F]: those that are equal share one."""
+    count, ones = len(sketch.numbers), np.ones(len(sketch.equal))
+    pairs = np.array(sketch.equal, np.int64).reshape(-1, 2).T
+    graph = sparse.coo_matrix((ones, (pairs[0], pairs[1])), shape=(count, count))
+    free, column = csgraph.connected_components(graph, directed=False)
+    return sparse.csr_matrix((np.ones(count), (np.arange(count), column)), shape=(count, free))
+
+
+class _Triplets:
+    """Rows of a sparse matrix and their residuals."""
+
+    def __init__(self) -> None:
+        self.count, self._parts, self._residual = 0, list[tuple[Floats, Integers, Integers]](), list[Floats]()
+
+    def add(self, residual: Floats, values: Floats, columns: Integers) -> None:
+        """Add rows [R] with ``values`` [R, K] at ``columns`` [R, K]."""
+        rows = np.arange(len(residual)) + self.count
+        self._parts.append((values.ravel(), np.repeat(rows, values.shape[1]), columns.ravel()))
+        self._residual.append(residual)
+        self.count += len(residual)
+
+    def matrix(self, width: int) -> tuple[Floats, sparse.csr_matrix]:
+        """Return the residuals [R] and the matrix [R, width]."""
+        values, rows, columns = (np.concatenate(each) for each in zip(*self._parts, strict=True))
+        found = sparse.coo_matrix((values, (rows, columns)), shape=(self.count, width)).tocsr()
+        return np.concatenate(self._residual), found
+
+
+_Ways = dict[int, tuple[Floats, Floats, Integers]]
+"""By parts: the directions at both ends [2, 2], how they follow the numbers of the part [K, 2, 2], and its columns."""
+
+
+def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
+    found = _Triplets()
+    ways: _Ways = {}
+    for kind, size in SIZES.items():
+        parts = sketch.rows_of_kind(kind)
+        if not len(parts):
+            continue
+        numbers = np.stack([sketch.of(part) for part in parts])
+        columns = np.stack([sketch.columns[part] for part in parts])
+        points, ends = drawn(kind, numbers)
+        moves, turns = _derivatives(kind, numbers, size)
+        for row, part in enumerate(parts.tolist()):
+            ways[part] = ends[row], turns[:, row], columns[row]
+            residual, normal, weight = _distances(sketch, part, points[row])
+            slopes = np.einsum("kpd,pd->pk", moves[:, row], normal) * weight[:, None]
+            found.add(residual * weight, slopes, np.repeat(columns[row][None], SAMPLES, 0))
+    _hold_ends(sketch, found)
+    _hold_joints(sketch, ways, found)
+    _hold_square(sketch, ways, found)
+    _hold_radii(sketch, found)
+    _hold_diagonals(sketch, found)
+    fixed = np.array(sketch.fixed, np.int64)
+    found.add(np.zeros(len(fixed)), np.full((len(fixed), 1), HELD), fixed[:, None])
+    return found.matrix(len(sketch.numbers))
+
+
+def _derivatives(kind: int, numbers: Floats, size: int) -> tuple[Floats, Floats]:
+    """Return how points [K, B, SAMPLES, 2] and directions [K, B, 2, 2] of parts follow each of their K numbers."""
+    moves, turns = [], []
+    for k in range(size):
+        more, less = numbers.copy(), numbers.copy()
+        more[:, k] += STEP
+        less[:, k] -= STEP
+        after, before = drawn(kind, more), drawn(kind, less)
+        moves.append((after[0] - before[0]) / (2.0 * STEP))
+        turns.append((after[1] - before[1]) / (2.0 * STEP))
+    return np.stack(moves), np.stack(turns)
+
+
+def _distances(sketch: Sketch, part: int, points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return signed distances of ``points`` [S, 2] of a part from its chain, normals [S, 2] and weights [S]."""
+    chain, first, last = sketch.chains[sketch.chain[part]], int(sketch.first[part]), int(sketch.last[part])
+    off = np.square(points[:, None] - chain.points[first : last + 1]).sum(2)
+    near = first + np.argmin(off, 1)
+    ahead = ((points - chain.points[near]) * chain.along[near]).sum(1) >= 0.0
+    start = np.clip(np.where(ahead, near, near - 1), first, last - 1)
+    stop = start + 1
+    way = chain.points[stop] - chain.points[start]
+    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+    normal = np.stack([-way[:, 1], way[:, 0]], 1)
+    a, b, c = chain.points[start], chain.middles[start], points
+    # The chain bends between its points: its middle says how far.
+    span = np.maximum(np.linalg.norm(chain.points[stop] - a, axis=1), 1e-9)
+    share = np.clip(((c - a) * way).sum(1) / span, 0.0, 1.0)
+    bend = 4.0 * share * (1.0 - share) * ((b - a) * normal).sum(1)
+    residual = ((c - a) * normal).sum(1) - bend
+    length = chain.lengths[sketch.first[part] : sketch.last[part]].sum() / SAMPLES
+    weight = chain.weights[start]
+    return residual, normal, np.sqrt(length * weight)
+
+
+def _hold_ends(sketch: Sketch, found: _Triplets) -> None:
+    """Hold both ends of open chains: nothing else does along the chain."""
+    for number, (begin, end) in enumerate(sketch.ranges):
+        chain = sketch.chains[number]
+        for side, part in ((0, begin), (1, end - 1)):
+            if not chain.is_closed and (number, side) not in sketch.at_axis:
+                columns = sketch.columns[part][2 * side : 2 * side + 2]
+                off = sketch.numbers[columns] - chain.points[-side]
+                found.add(END * off, np.full((2, 1), END), columns[:, None])
+
+
+def _hold_joints(sketch: Sketch, ways: _Ways, found: _Triplets) -> None:
+    for before, after in sketch.smooth.tolist():
+        (first, first_turns, first_columns), (second, second_turns, second_columns) = ways[before], ways[after]
+        u, v = first[1], second[0]
+        slopes = [
+            first_turns[:, 1, 0] * v[1] - first_turns[:, 1, 1] * v[0],
+            u[0] * second_turns[:, 0, 1] - u[1] * second_turns[:, 0, 0],
+        ]
+        weight = HELD * HOLD_REACH
+        found.add(
+            np.array([weight * (u[0] * v[1] - u[1] * v[0])]),
+            weight * np.concatenate(slopes)[None],
+            np.concatenate([first_columns, second_columns])[None],
+        )
+
+
+def _hold_square(sketch: Sketch, ways: _Ways, found: _Triplets) -> None:
+    weight = HELD * HOLD_REACH
+    for part, side, axis in sketch.square:
+        directions, turns, columns = ways[part]
+        off = directions[side, 1 - axis]
+        found.add(np.array([weight * off]), weight * turns[None, :, side, 1 - axis], columns[None])
+
+
+def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
+    for group in sketch.radii:
+        pairs = [(group[0], other) for other in group[1:]]
+        for pair in pairs:
+            values, radii = list[Floats](), list[float]()
+            for part, side in zip(pair, (1.0, -1.0), strict=True):
+                numbers = sketch.of(part)[None]
+                sign = np.sign(numbers[0, 4]) * side
+                radii.append(float(sign * radius_of(numbers)[0]))
+                steps = np.eye(SIZES[ARC]) * STEP
+                values.append(sign * (radius_of(numbers + steps) - radius_of(numbers - steps)) / (2.0 * STEP))
+            columns = [sketch.columns[part] for part in pair]
+            found.add(np.array([HELD * sum(radii)]), HELD * np.concatenate(values)[None],
+                      np.concatenate(columns)[None])  # fmt: skip
+
+
+def _hold_diagonals(sketch: Sketch, found: _Triplets) -> None:
+    for part in sketch.diagonal:
+        numbers = sketch.of(part)
+        x, y = np.sign(numbers[2:] - numbers[:2]) * HELD
+        off = abs(numbers[2] - numbers[0]) - abs(numbers[3] - numbers[1])
+        found.add(np.array([HELD * off]), np.array([[-x, y, x, -y]]), sketch.columns[part][None])
