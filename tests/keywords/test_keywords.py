@@ -32,9 +32,9 @@ def test_help_shows_every_keyword_with_its_default(function: object) -> None:
 def test_the_stub_of_the_package_has_the_public_names() -> None:
     lines = (ROOT / "warpvec" / "__init__.pyi").read_text(encoding="utf-8").splitlines()
     names = {line.rpartition(" as ")[2] for line in lines if " as " in line}
-    froms = [(line.split()[1], line.split()[-1]) for line in lines if " as " in line]
+    imports = [(line.split()[1], line.split()[-1]) for line in lines if " as " in line]
     assert names == {*warpvec._MODULES}
-    assert {(name if module == "warpvec" else module.removeprefix("warpvec."), name) for module, name in froms} == {
+    assert {(name if module == "warpvec" else module.removeprefix("warpvec."), name) for module, name in imports} == {
         (module, name) for name, module in warpvec._MODULES.items()
     }
 
