@@ -158,10 +158,12 @@ class SoftDrawing:
     @cached_property
     def _copies(self) -> CopiedShadows | None:
         """The work on shadows that are copies of traced pieces; None without one. Known outlines have none."""
-        if self.work.known is not None or self._is_time_up:
+        work = self.work
+        if work.known is not None or self._is_time_up:
             return None
-        image, is_jpeg = self.work.image.numpy(), self.work.rounding is not None
-        found = find_copies(image, self.hard.rough, lambda: self._is_time_up, is_jpeg, self.work.jpeg)
+        if work.rounding is not None and work.jpeg is None:
+            return None  # the price of a shadow needs the steps of the JPEG, which were enlarged
+        found = find_copies(work.image.numpy(), self.hard.rough, lambda: self._is_time_up, work.jpeg)
         return CopiedShadows(self.work, found[0]) if found else None
 
     @property

@@ -22,7 +22,7 @@ from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 
 
 def find_copies(
-    image: Floats32, traced: Regions, is_time_up: Callable[[], bool], is_jpeg: bool = False, jpeg: Jpeg | None = None
+    image: Floats32, traced: Regions, is_time_up: Callable[[], bool], jpeg: Jpeg | None = None
 ) -> list[Shadow]:
     """Return the shadow of an opaque picture as a copy of traced pieces; none if there is none or it does not pay.
 
@@ -30,12 +30,11 @@ def find_copies(
         image: [h, w, 3], sRGB-encoded in [0, 1].
         traced: a rough tracing of it, with its shadow.
         is_time_up: whether the search is to end.
-        is_jpeg: whether the picture was saved as JPEG.
-        jpeg: what it was saved as; None if that is not known of its pixels.
+        jpeg: what it was saved as; None for no JPEG.
     """
     if image.shape[2] > 3 or not 1 < len(traced) <= SOFTNESS.pieces_max:
         return []
-    levels = 255.0 * channels_of(image)
+    levels, is_jpeg = 255.0 * channels_of(image), jpeg is not None
     for ground in find_traced_grounds(levels, traced, is_jpeg):
         if is_time_up():
             return []

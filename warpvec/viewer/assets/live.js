@@ -58,9 +58,7 @@
  *       it was. */
 
 import { multiply, scaling, translation } from "viewer/basics.js";
-import { mainColor } from "viewer/colornames.js";
-import { gapBetween } from "viewer/colors.js";
-import { capture, nextVersion } from "viewer/commands.js";
+import { capture } from "viewer/commands.js";
 import { editsInWords } from "viewer/edit_words.js";
 import { applyEdits, deletedItems, editsOf, isPristine, itemsOf } from "viewer/edits.js";
 import { eraseAgain, mustErase } from "viewer/erasing.js";
@@ -68,6 +66,7 @@ import { loadPhoto, Meter } from "viewer/measure.js";
 import { pack, unpack } from "viewer/packing.js";
 import { writeShape } from "viewer/paths.js";
 import { newLayer, readDrawing } from "viewer/read.js";
+import { replaceDrawing } from "viewer/replacing.js";
 import { decimalsFor, writeDrawing } from "viewer/save.js";
 
 export const EMPTY = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 200"/>';
@@ -275,46 +274,4 @@ function divideLayers(drawing, stated) {
     return layer;
   });
   drawing.base.layers = drawing.layers.map((layer) => ({ layer, name: layer.name }));
-}
-
-// Largest difference of a channel, of 255, between the colours of one layer in two drawings.
-const NEAR_COLOR = 24;
-
-/** Returns the function that finds the layer of `drawing` that a layer of `next` was: the one of the same name as read,
- * or as it is now, or else the one that had the nearest colour. */
-function counterpartLayers(drawing, next) {
-  const [known, read] = [looksOf(drawing), looksOf(next)];
-  const { layers } = drawing;
-  return (layer) => {
-    const { name, color } = read.get(layer) ?? {};
-    const same = layers.find((old) => known.get(old)?.name === name) ?? layers.find((old) => old.name === layer.name);
-    if (same || !color) return same;
-    const gaps = layers.map((old) => ({ old, own: known.get(old)?.color })).filter(({ own }) => own);
-    const [nearest] = gaps.map(({ old, own }) => ({ old, gap: gapBetween(color, own) })).sort((a, b) => a.gap - b.gap);
-    return nearest?.gap <= NEAR_COLOR ? nearest.old : undefined;
-  };
-}
-
-/** Returns name and main colour as read, by layer. It goes through the items once: there may be thousands, in each frame. */
-function looksOf({ base }) {
-  const items = new Map(base.layers.map(({ layer }) => [layer, []]));
-  for (const origin of base.items) items.get(origin.layer)?.push(origin);
-  return new Map(base.layers.map(({ layer, name }) => [layer, { name, color: mainColor({ items: items.get(layer) }) }]));
-}
-
-/** Puts the content of `next` into the app's drawing; hidden and locked layers, and the selection, are found again. */
-function replaceDrawing(app, next) {
-  const counterpart = counterpartLayers(app.drawing, next);
-  const chosen = [];
-  for (const layer of next.layers) {
-    layer.version = nextVersion();
-    const old = counterpart(layer);
-    if (!old) continue;
-    [layer.visible, layer.isLocked] = [old.visible, old.isLocked];
-    old.items.forEach((item, i) => {
-      if (app.selection.has(item) && layer.items[i]) chosen.push(layer.items[i]);
-    });
-  }
-  Object.assign(app.drawing, next);
-  app.selection = new Set(chosen);
 }
