@@ -210,6 +210,7 @@ def test_a_drawing_that_is_not_saved_is_not_closed_without_a_word(
     desk.page.locator("#zoom-fit").click()  # pages that nobody has touched may not ask
     if is_saved:
         desk.save()
+        desk.page.wait_for_function("() => desk.isKept()")  # a page that still keeps what it has asks too
     desk.page.reload()  # a page without a window is closed without a question
     assert desk.dialogs == ([] if is_saved else ["beforeunload"])
     desk.close()

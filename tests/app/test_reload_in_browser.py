@@ -39,7 +39,7 @@ def test_edits_the_undo_list_and_settings_are_there_after_a_reload(
     page.locator("#undo").click()
     page.locator("#undo").click()
     wait_for_text(desk, first)
-    assert page.is_disabled("#undo")
+    page.wait_for_selector("#undo:disabled")  # the panel follows in the next frame
     assert desk.save().read_text() == page.evaluate("() => warpvecView.facts.text")  # the file of the fit itself
     desk.close()
 

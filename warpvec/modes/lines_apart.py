@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from warpvec.condition.blur import SHARP
-from warpvec.condition.condition import Condition
 from warpvec.modes.request import Request
 from warpvec.modes.restored import Restoration
+
+if TYPE_CHECKING:  # SciPy, which a photo does not need
+    from warpvec.condition.condition import Condition
 
 
 def with_lines_apart(found: Restoration) -> Restoration:
@@ -18,6 +20,7 @@ def with_lines_apart(found: Restoration) -> Restoration:
     given, condition = found.given, found.condition
     if not _may_have_lines(given, condition):
         return found
+    from warpvec.condition.blur import SHARP
     from warpvec.flat.thin_lines.thin_lines import find_thin_lines
 
     picture = given.picture

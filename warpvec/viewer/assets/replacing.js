@@ -8,7 +8,7 @@ import { nextVersion } from "viewer/commands.js";
 const NEAR_COLOR = 24;
 
 /** Returns the function that finds the layer of `drawing` that a layer of `next` was: the one of the same name as read,
- * or as it is now, or else the one that had the nearest colour. */
+ * or as it is now, or else the one that had or has the nearest colour. */
 function counterpartLayers(drawing, next) {
   const [known, read] = [looksOf(drawing), looksOf(next)];
   const { layers } = drawing;
@@ -16,7 +16,8 @@ function counterpartLayers(drawing, next) {
     const { name, color } = read.get(layer) ?? {};
     const same = layers.find((old) => known.get(old)?.name === name) ?? layers.find((old) => old.name === layer.name);
     if (same || !color) return same;
-    const gaps = layers.map((old) => ({ old, own: known.get(old)?.color })).filter(({ own }) => own);
+    const owns = layers.flatMap((old) => [known.get(old)?.color, mainColor(old)].map((own) => ({ old, own })));
+    const gaps = owns.filter(({ own }) => own);
     const [nearest] = gaps.map(({ old, own }) => ({ old, gap: gapBetween(color, own) })).sort((a, b) => a.gap - b.gap);
     return nearest?.gap <= NEAR_COLOR ? nearest.old : undefined;
   };
