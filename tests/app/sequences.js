@@ -61,9 +61,9 @@ async function fitting(act) {
   await until(isIdle, "the end of a fit");
 }
 
-/** What the user has done, as plain data that outlives the page: the commands done and undone, the edits that the drawing
- * had when it was opened, whether it is cut out, and what was wrong. */
-const newModel = () => ({ done: [], undone: [], opened: [], isCut: false, faults: [] });
+/** What the user has done, as plain data that outlives the page: the commands done and undone, whether the drawing is cut
+ * out, and what was wrong. */
+const newModel = () => ({ done: [], undone: [], isCut: false, faults: [] });
 
 function push(model, command) {
   model.done.push({ ...command, cutBefore: model.isCut });
@@ -71,7 +71,7 @@ function push(model, command) {
   if ("isCut" in command) model.isCut = command.isCut;
 }
 
-const editsIn = ({ done, opened }) => new Set([...opened, ...done.flatMap(({ edit }) => edit ?? [])]);
+const editsIn = ({ done }) => new Set(done.flatMap(({ edit }) => edit ?? []));
 
 const STEPS = {
   setting: async (model) => {
