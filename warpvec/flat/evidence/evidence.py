@@ -45,7 +45,8 @@ class Evidence:
         """Return what ``image`` [h, w, 3 or 4] in [0, 1], with straight alpha, says if it was saved as ``jpeg``."""
         levels = 255.0 * (over(image, 1.0) if is_transparent(image) else image).astype(np.float64)
         if jpeg is not None:
-            return Evidence(levels, np.full(3, math.sqrt(float(_variance_of(levels, jpeg).mean()))), jpeg)
+            stored = float(_variance_of(levels, jpeg, are_zeros_known=True).mean())
+            return Evidence(levels, np.full(3, math.sqrt(stored)), jpeg)
         return Evidence(levels, np.sqrt(ROUNDING + np.square(white_noise(levels))))
 
     @cached_property
@@ -90,11 +91,12 @@ class Evidence:
         return nats
 
 
-def _variance_of(levels: Floats, jpeg: Jpeg) -> Floats:
+def _variance_of(levels: Floats, jpeg: Jpeg, *, are_zeros_known: bool = False) -> Floats:
     """Return the squared deviation in levels that the steps of ``jpeg`` leave in each pixel [h, w].
 
     It is the same in a block. A value of the transform that is stored as 0 was less than half a step, and at an edge as
-    large as the stored ones let expect, since the transform of an edge falls with the frequency.
+    large as the stored ones let expect, since the transform of an edge falls with the frequency. For all of a picture
+    ``are_zeros_known``: there most of them are even areas, which have none.
     """
     height, width = levels.shape[:2]
     rounding, variance = JpegRounding(levels, jpeg), np.full((height, width), ROUNDING)
@@ -103,6 +105,7 @@ def _variance_of(levels: Floats, jpeg: Jpeg) -> Floats:
         size, is_stored = np.abs(values), np.abs(values) > steps / 2.0
         edge = np.where(is_stored, size * FREQUENCY, 0.0).max((2, 3), keepdims=True)
         most = np.where(is_stored, steps / 2.0, np.minimum(steps / 2.0, edge / np.maximum(FREQUENCY, 1.0)))
+        most = np.where(is_stored, most, 0.0) if are_zeros_known else most
         of_block = np.mean(np.square(most) / 3.0, (2, 3))
         variance += weight * _spread(of_block, height, width)
     return variance
