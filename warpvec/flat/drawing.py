@@ -117,9 +117,12 @@ class FlatDrawing:
     @cached_property
     def _variance(self) -> Floats | None:
         """Squared deviation of the pixels of a JPEG from their drawing [h, w], as of `Critic`; None for others."""
-        if self.jpeg is None:
-            return None
-        return (Evidence.of(self.image.numpy(), self.jpeg).variance - ROUNDING) / 255.0**2
+        return None if self.jpeg is None else (self.evidence.variance - ROUNDING) / 255.0**2
+
+    @cached_property
+    def evidence(self) -> Evidence:
+        """What the picture says, as it is."""
+        return Evidence.of(self.image.numpy(), self.jpeg)
 
     @property
     def picture(self) -> Tensor:
@@ -200,7 +203,7 @@ class FlatDrawing:
         """The picture before it was saved as JPEG, and its regions."""
         image, watch, found = self.image.numpy(), self.watch.ahead(DRAWING.share_after_tracing), self.rough
         if self.is_doubtful:
-            require_shorter(found, Evidence.of(image, self.jpeg))
+            require_shorter(found, self.evidence)
         if self.may_refuse:
             require_few_edges(found)
             if self.rounding is None:

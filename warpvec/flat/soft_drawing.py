@@ -163,7 +163,8 @@ class SoftDrawing:
             return None
         if work.rounding is not None and work.jpeg is None:
             return None  # the price of a shadow needs the steps of the JPEG, which were enlarged
-        found = find_copies(work.image.numpy(), self.hard.rough, lambda: self._is_time_up, work.jpeg)
+        saved = None if work.jpeg is None else work.evidence
+        found = find_copies(work.image.numpy(), self.hard.rough, lambda: self._is_time_up, saved)
         return CopiedShadows(self.work, found[0]) if found else None
 
     @property

@@ -60,12 +60,11 @@ class Evidence:
 
     @cached_property
     def variance(self) -> Floats:
-        """Squared deviation in levels of each pixel from its drawing [h, w], a mean over the channels.
+        """Squared deviation in levels of each pixel of a JPEG from its drawing [h, w], a mean over the channels.
 
-        In a JPEG that of each block counts, which is high at edges and low in even areas.
+        It is that of the block, which is high at edges and low in even areas.
         """
-        if self.jpeg is None:
-            return np.full(self.levels.shape[:2], float(np.square(self.sigma).mean()))
+        assert self.jpeg is not None
         return _variance_of(self.levels, self.jpeg)
 
     def misfit(self, shown: Floats) -> Floats:
@@ -104,9 +103,8 @@ def _variance_of(levels: Floats, jpeg: Jpeg, *, are_zeros_known: bool = False) -
     for weight, values, steps in zip(CHANNEL_WEIGHTS, transforms, rounding.steps, strict=True):
         size, is_stored = np.abs(values), np.abs(values) > steps / 2.0
         edge = np.where(is_stored, size * FREQUENCY, 0.0).max((2, 3), keepdims=True)
-        most = np.where(is_stored, steps / 2.0, np.minimum(steps / 2.0, edge / np.maximum(FREQUENCY, 1.0)))
-        most = np.where(is_stored, most, 0.0) if are_zeros_known else most
-        of_block = np.mean(np.square(most) / 3.0, (2, 3))
+        hidden = 0.0 if are_zeros_known else np.minimum(steps / 2.0, edge / np.maximum(FREQUENCY, 1.0))
+        of_block = np.mean(np.square(np.where(is_stored, steps / 2.0, hidden)) / 3.0, (2, 3))
         variance += weight * _spread(of_block, height, width)
     return variance
 

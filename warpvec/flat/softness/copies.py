@@ -9,7 +9,6 @@ import numpy as np
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32
-from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.evidence.evidence import ROUNDING, Evidence
 from warpvec.flat.price import SHADOW_NUMBERS, number_nats
@@ -22,7 +21,7 @@ from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 
 
 def find_copies(
-    image: Floats32, traced: Regions, is_time_up: Callable[[], bool], jpeg: Jpeg | None = None
+    image: Floats32, traced: Regions, is_time_up: Callable[[], bool], saved: Evidence | None = None
 ) -> list[Shadow]:
     """Return the shadow of an opaque picture as a copy of traced pieces; none if there is none or it does not pay.
 
@@ -30,19 +29,18 @@ def find_copies(
         image: [h, w, 3], sRGB-encoded in [0, 1].
         traced: a rough tracing of it, with its shadow.
         is_time_up: whether the search is to end.
-        jpeg: what it was saved as; None for no JPEG.
+        saved: what it says if it was saved as JPEG; None for no JPEG.
     """
     if image.shape[2] > 3 or not 1 < len(traced) <= SOFTNESS.pieces_max:
         return []
-    levels, is_jpeg = 255.0 * channels_of(image), jpeg is not None
+    levels, is_jpeg = 255.0 * channels_of(image), saved is not None
     for ground in find_traced_grounds(levels, traced, is_jpeg):
         if is_time_up():
             return []
         shadow = _copy_on(ground, levels, traced)
         if shadow is None or (is_jpeg and _is_bleed(shadow.look)):
             continue
-        white = np.full(3, math.sqrt(ROUNDING + ground.noise**2))
-        evidence = Evidence(levels, white) if jpeg is None else Evidence.of(image, jpeg)
+        evidence = saved or Evidence(levels, np.full(3, math.sqrt(ROUNDING + ground.noise**2)))
         nats = gain(evidence, traced, shadow, find_regions(shadow.clean, is_jpeg=is_jpeg))
         if are_wanted():
             place = box_of(np.argwhere(shadow.casters > 0.5)[:, ::-1].astype(np.float64))
