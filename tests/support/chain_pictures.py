@@ -7,9 +7,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.flat.cutting.cut_edges import between
+
 Floats = NDArray[np.float64]
 
 QUARTER = 4.0 / 3.0 * (math.sqrt(2.0) - 1.0)
+
+
+def split(curve: Floats, t: float) -> Floats:
+    """Return both parts [2, 4, 2] of a ``curve`` [4, 2] up to and from the parameter ``t`` on."""
+    return between(np.stack([curve, curve]), np.array([0.0, t]), np.array([t, 1.0]))
 
 
 def line(start: tuple[float, float], end: tuple[float, float]) -> Floats:

@@ -1,7 +1,7 @@
-"""The price of a drawing in nats: its words have one table, so that they can be weighed against what they leave.
+"""Price the words of a drawing in nats. The error that a drawing leaves of its picture has the same unit.
 
-A drawing of flat art is the shorter, the fewer numbers its file says. A number says one of the places that its range
-holds at its precision. What is said already costs little. Source: Rissanen, Modeling by shortest data description,
+A drawing of flat art is the shorter, the fewer numbers its file says. A number costs the logarithm of how many values
+it can have. What is said already costs little. Source: Rissanen, Modeling by shortest data description,
 1978; the numbers of each word are those that SVG states.
 """
 
@@ -24,8 +24,9 @@ PRECISION = 0.1
 COLOR_NATS = 3.0 * math.log(256.0)
 """Nats of a colour of three channels of 256 levels."""
 
-LINE, CUBIC = 2, 6
-"""Numbers of a segment of an outline, as SVG states them. Its start is the end of the one before."""
+LINE, ARC, CUBIC = 2, 3, 6
+"""Numbers of a segment of an outline, as SVG states them. Its start is the end of the one before, and the bulge of an
+arc is its radius."""
 
 FORM_NUMBERS = {CIRCLE: 3, ELLIPSE: 4, RECT: 4, ROUND_RECT: 5}
 """Numbers of a form that is not turned; the turn is one more."""
@@ -34,7 +35,7 @@ RAMP_NUMBERS = 4
 """Numbers that place a gradient: two points, or a centre with two radii."""
 
 SHADOW_NUMBERS = 6
-"""Numbers of a shadow that copies a path: its offset, its blur, its opacity, and two for its colour on the ground."""
+"""Numbers of a shadow that copies a path: two of its offset, its blur, its opacity, and two of its colour."""
 
 STROKE_NUMBERS = 1
 SOFT_NUMBERS = 1

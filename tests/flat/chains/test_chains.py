@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from chain_pictures import line, quarter, rounded_rectangle
+from chain_pictures import line, quarter, rounded_rectangle, split
 from flat_drawings import BLACK, drawing, picture
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.arc_rounding import with_arcs
-from warpvec.flat.chains.chain import split
 from warpvec.flat.chains.chains import with_chains
 from warpvec.flat.simplification.critic import Critic
 from warpvec.geometry.rounding import round_nodes
@@ -34,7 +33,7 @@ def regular(scene: Scene, image: torch.Tensor) -> Scene:
 
 def test_a_rough_rounded_rectangle_becomes_four_lines_and_four_arcs():
     exact = rounded_rectangle(9.3, 12.3, 44.0, 36.0, (8.0, 8.0, 8.0, 8.0))
-    rough = np.concatenate([np.stack(split(curve, 0.45)) for curve in exact])
+    rough = np.concatenate([split(curve, 0.45) for curve in exact])
     found = regular(scene_of(rough), picture(scene_of(exact)))
 
     text = write_svg(with_arcs(round_nodes(found, 2), 2, 1.0), 64, 64)
@@ -48,7 +47,7 @@ def test_a_rough_rounded_rectangle_becomes_four_lines_and_four_arcs():
 
 def test_an_open_stroke_keeps_its_ends_and_gets_its_arc():
     curves = np.concatenate([line((10.2, 50.4), (30.2, 50.4)), quarter((30.2, 50.4), (50.2, 50.4), (50.2, 30.4))])
-    rough = np.concatenate([np.stack(split(curve, 0.3)) for curve in curves])
+    rough = np.concatenate([split(curve, 0.3) for curve in curves])
     rows = np.concatenate([rough[:, :3], np.repeat(rough[-1:, 3:], 3, 1)])
     structure = Structure.of_loops([[len(rows)]], None, torch.tensor([True]))
     kind = torch.full((1,), ROUND, dtype=torch.int32)

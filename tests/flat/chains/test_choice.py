@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from chain_pictures import line, quarter, rounded_rectangle
+from chain_pictures import line, quarter, rounded_rectangle, split
 
-from warpvec.flat.chains.chain import Chain, split
+from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.choice import Part, chosen_parts
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE
 from warpvec.flat.chains.sketch import parted
@@ -20,7 +20,7 @@ def kinds_and_places(chain: Chain, parts: list[Part]) -> list[tuple[int, list[fl
 
 def test_halves_of_curves_become_the_lines_and_arcs_that_they_follow():
     curves = rounded_rectangle(40, 30, 200, 120, (40, 40, 40, 40))
-    halves = np.concatenate([np.stack(split(curve, 0.4)) for curve in curves])
+    halves = np.concatenate([split(curve, 0.4) for curve in curves])
 
     chain, parts = parted(Chain.of(halves, is_closed=True), 0.05, NATS)
 
@@ -38,7 +38,7 @@ def test_a_curve_that_turns_unevenly_stays_a_cubic():
 
 def test_one_cubic_takes_the_place_of_two_that_follow_one():
     spiral = np.array([[20.0, 100.0], [20.0, 20.0], [60.0, 20.0], [180.0, 60.0]])
-    parts = chosen_parts(Chain.of(np.stack(split(spiral, 0.3)), is_closed=False), 0.05, NATS)
+    parts = chosen_parts(Chain.of(split(spiral, 0.3), is_closed=False), 0.05, NATS)
     assert [part.kind for part in parts] == [CUBIC]
 
 

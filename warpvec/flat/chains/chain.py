@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.chains.parts import unit
+from warpvec.flat.cutting.cut_edges import between
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
 
 STEP = 1.0
@@ -78,8 +78,7 @@ class Chain:
         after, before = np.concatenate([ways[:, 0], ways[-1:, 1]]), np.concatenate([ways[:1, 0], ways[:, 1]])
         if is_closed:
             before[0], after[-1] = before[-1], after[0]
-        turn = np.degrees(np.arccos(np.clip((before * after).sum(1), -1.0, 1.0)))
-        is_corner = turn > CORNER_DEGREES
+        is_corner = angle_between(before, after) > CORNER_DEGREES
         is_corner[[0, -1]] |= not is_closed
         firm = np.zeros((0, 2, 2)) if firm is None else firm
         return Chain(
@@ -118,10 +117,14 @@ class Chain:
         begins = np.cumsum(shares) - shares
         return np.append(begins[self.curve] + shares[self.curve] * self.parameters[:, 0], shares.sum())
 
+    @cached_property
+    def reached(self) -> Floats:
+        """Length of the chain up to each point [K], in pixels."""
+        return np.concatenate([[0.0], np.cumsum(self.lengths)])
+
     def length_between(self, first: Integers, last: Integers) -> Floats:
         """Return the length of the chain between points [B] and later ones."""
-        along = np.concatenate([[0.0], np.cumsum(self.lengths)])
-        return along[last] - along[first]
+        return self.reached[last] - self.reached[first]
 
     def begun_at(self, point: int) -> Chain:
         """Return a closed chain from another point on, which is the end of a curve then."""
@@ -130,7 +133,7 @@ class Chain:
         curve, t = int(self.curve[point]), float(self.parameters[point, 0])
         if t == 0.0:
             return Chain.of(np.roll(self.curves, -curve, axis=0), True, self.firm)
-        first, second = split(self.curves[curve], t)
+        first, second = between(self.curves[[curve, curve]], np.array([0.0, t]), np.array([t, 1.0]))
         rest = [*self.curves[curve + 1 :], *self.curves[:curve]]
         return Chain.of(np.stack([second, *rest, first]), True, self.firm)
 
@@ -140,15 +143,6 @@ def _weights(points: Floats, boxes: Floats) -> Floats:
     is_in = ((points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)).all(2)
     found: Floats = FIRMNESS ** np.minimum(is_in.sum(0), FIRM_MAX).astype(np.float64)
     return found
-
-
-def split(curve: Floats, t: float) -> tuple[Floats, Floats]:
-    """Return both parts of a ``curve`` [4, 2] up to and from the parameter ``t`` on."""
-    first, second = curve.copy(), curve.copy()
-    for k in (1, 2, 3):
-        first[k:] = first[k - 1 : -1] * (1.0 - t) + first[k:] * t
-        second[: 4 - k] = second[: 4 - k] * (1.0 - t) + second[1 : 5 - k] * t
-    return first, second
 
 
 def _directions(curves: Floats, parameters: Floats) -> Floats:
@@ -161,4 +155,4 @@ def _directions(curves: Floats, parameters: Floats) -> Floats:
 
 def angle_between(first: Floats, second: Floats) -> Floats:
     """Return the angle in degrees between unit vectors [..., 2]."""
-    return np.degrees(np.arccos(np.clip((first * second).sum(-1), -1.0, math.inf).clip(max=1.0)))
+    return np.degrees(np.arccos(np.clip((first * second).sum(-1), -1.0, 1.0)))

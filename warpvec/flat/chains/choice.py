@@ -11,13 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from warpvec.arrays import Floats, Integers
+from warpvec.flat import price
 from warpvec.flat.chains.chain import Chain, angle_between
 from warpvec.flat.chains.parts import CUBIC, LINE, unit
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 
-NUMBERS = (2.0, 3.0, 6.0)
-"""Numbers of a line, an arc and a cubic, as SVG states them: the bulge of an arc is its radius."""
+NUMBERS = (price.LINE, price.ARC, price.CUBIC)
+"""Numbers of the parts of each kind."""
 
 SMOOTH_DEGREES = 3.0
 SMOOTH_DEGREES_MAX = 10.0
@@ -25,7 +26,7 @@ SMOOTH_DEGREES_MAX = 10.0
 A part that is off by as much as outlines may be, at one end only, turns by the ratio of that to its length."""
 
 WORD = 1.5
-"""Numbers that it is worth to say one part less, beside those of the part: where it ends, and which kind it is."""
+"""Numbers that a part costs beside its own: for where it ends, and for which kind it is."""
 
 LEVEL_DEGREES = 1.0
 """Angle in degrees from level or upright up to which a line saves a number."""
@@ -136,11 +137,10 @@ def _words(chain: Chain, ways: Floats, first: Integers, last: Integers, spread: 
 def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats]:
     """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances."""
     share = (np.arange(JOINED_SAMPLES) + 0.5) / JOINED_SAMPLES
-    along = np.concatenate([[0.0], np.cumsum(chain.lengths)])
-    length = along[last] - along[first]
-    place = along[first][:, None] + share * length[:, None]
-    points = np.stack([np.interp(place, along, chain.points[:, k]) for k in (0, 1)], 2)
-    shared = np.interp(place, along, chain.shared_parameters)
+    length = chain.length_between(first, last)
+    place = chain.reached[first][:, None] + share * length[:, None]
+    points = np.stack([np.interp(place, chain.reached, chain.points[:, k]) for k in (0, 1)], 2)
+    shared = np.interp(place, chain.reached, chain.shared_parameters)
     begin, end = (chain.shared_parameters[each][:, None] for each in (first, last))
     parameters = (shared - begin) / (end - begin)
     found = fit_cubics(chain.points[first], chain.points[last], points, parameters, CURVES.precise_plan)
@@ -226,13 +226,13 @@ def _cheapest(count: int, offers: _Offers) -> list[Part]:
     """Return the parts of the cheapest way from the first of ``count`` points to the last."""
     first, last, prices, ways, bulge, handles = offers
     kind = np.argmin(prices, 1)
-    price = np.take_along_axis(prices, kind[:, None], 1)[:, 0]
+    lowest = np.take_along_axis(prices, kind[:, None], 1)[:, 0]
     order = np.argsort(last, kind="stable")
     bounds = np.searchsorted(last[order], np.arange(count + 1))
     so_far, chosen = np.zeros(count), np.zeros(count, np.int64)
     for end in range(1, count):
         own = order[bounds[end] : bounds[end + 1]]
-        total = so_far[first[own]] + price[own]
+        total = so_far[first[own]] + lowest[own]
         best = int(np.argmin(total))
         so_far[end], chosen[end] = total[best], own[best]
     parts, at = list[Part](), count - 1

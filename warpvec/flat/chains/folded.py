@@ -103,7 +103,7 @@ def _chained(first: Words, second: Words, is_smooth: bool) -> Words:
 
 
 def _one(first: tuple[int, Floats], second: tuple[int, Floats]) -> tuple[int, Floats] | None:
-    """Return two lines, or two arcs of one circle, that follow one another as one; None if they are not that."""
+    """Return one line for two, or one arc for two of a circle; None for other parts. The second follows the first."""
     (kind, a), (other, b) = first, second
     if kind != other or kind == CUBIC:
         return None

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from warpvec.arrays import Integers
-from warpvec.flat.chains.chain import Chain, split
+from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.choice import Part, chosen_parts, is_smooth_joint
 from warpvec.flat.chains.parts import ARC, LINE
 from warpvec.flat.chains.solve import Sketch
+from warpvec.flat.cutting.cut_edges import between
 
 
 def parted(chain: Chain, spread: float, number_nats: float) -> tuple[Chain, list[Part]]:
@@ -71,8 +72,7 @@ def _more_numbers(chain: Chain, part: Part) -> list[float]:
         return joined
     curve = chain.curves[chain.curve[part.first]]
     start, stop = chain.parameters[part.first, 0], chain.parameters[part.last - 1, 1]
-    first, _ = split(curve, stop)
-    _, own = split(first, start / stop)
+    own = between(curve[None], start[None], stop[None])[0]
     handles: list[float] = own[1:3].ravel().tolist()
     return handles
 

@@ -8,7 +8,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats
-from warpvec.flat.chains.chain import Chain, split
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.cutting.cut_edges import between
+from warpvec.flat.simplification.outline_samples import cubic_points
 
 OFF_RMS, OFF_MAX = 1.5, 8.0
 """Distances of a mirror image from what it mirrors, in details: root mean square and largest."""
@@ -146,12 +148,8 @@ def halves_of(chain: Chain, axis: int, place: float) -> list[Chain]:
 def _between(curves: Floats, start: float, stop: float) -> Floats:
     """Return the ``curves`` [S, 4, 2] of a loop from one place to another: the number of a curve, and its parameter."""
     stop += len(curves) if stop <= start else 0.0
-    parts = []
-    for number in range(int(start), int(np.ceil(stop))):
-        part, _ = split(curves[number % len(curves)], min(stop - number, 1.0))
-        low = max(start - number, 0.0) / min(stop - number, 1.0)
-        parts.append(split(part, low)[1])
-    return np.stack(parts)
+    number = np.arange(int(start), int(np.ceil(stop)))
+    return between(curves[number % len(curves)], np.maximum(start - number, 0.0), np.minimum(stop - number, 1.0))
 
 
 def _crossing(chain: Chain, point: int, axis: int, place: float) -> float:
@@ -161,6 +159,6 @@ def _crossing(chain: Chain, point: int, axis: int, place: float) -> float:
     sign = 1.0 if chain.points[point, axis] >= place else -1.0
     for _ in range(40):
         t = (low + high) / 2.0
-        low, high = (t, high) if sign * (split(curve, t)[1][0, axis] - place) > 0.0 else (low, t)
-    near = np.linalg.norm(curve[[0, 3]] - split(curve, low)[1][0], axis=1) <= STUB
+        low, high = (t, high) if sign * (cubic_points(curve, np.array([t]))[0, axis] - place) > 0.0 else (low, t)
+    near = np.linalg.norm(curve[[0, 3]] - cubic_points(curve, np.array([low])), axis=1) <= STUB
     return float((number + (0.0 if near[0] else 1.0 if near[1] else low)) % len(chain.curves))

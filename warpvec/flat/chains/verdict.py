@@ -17,6 +17,7 @@ from warpvec.flat.simplification.outline_samples import control_points, cubic_po
 from warpvec.geometry.meetings import meeting_rows
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
+from warpvec.image.alpha import over_mattes
 from warpvec.rendering.draw import draw_exactly
 
 ALLOWED = 0.3
@@ -72,11 +73,7 @@ class Verdict:
     def _shown(self, scene: Scene) -> Floats32:
         """Return the image of ``scene`` [h, w, 3], or that over black and over white [h, w, 6] if it is transparent."""
         height, width = self.critic.image.shape[:2]
-        image = draw_exactly(scene, height, width, self.critic.config.threads)
-        if not scene.transparent:
-            return image
-        dark = image[..., :3] * image[..., 3:]
-        return np.concatenate([dark, dark + 1.0 - image[..., 3:]], 2)
+        return over_mattes(draw_exactly(scene, height, width, self.critic.config.threads))
 
     @cached_property
     def _summed_worth(self) -> Floats:
