@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from damage import as_jpeg
+from PIL import Image
 
+from warpvec.condition.jpeg import Jpeg
+from warpvec.flat.evidence.evidence import Evidence
 from warpvec.flat.regions.regions import find_regions
 from warpvec.flat.softness.copies import find_copies
 from warpvec.rendering.draw import draw_8_bits
@@ -41,3 +45,12 @@ def test_shapes_without_a_shadow_have_none(noise: float) -> None:
     pytest.importorskip("svgelements")
     image = picture("", noise)
     assert not find_copies(image, find_regions(image), lambda: False)
+
+
+def test_what_a_jpeg_does_to_colours_at_edges_is_no_shadow() -> None:
+    y, x = np.mgrid[:128, :128] + 0.5
+    share = (30.5 - np.hypot(x - 64.0, y - 64.0)).clip(0.0, 1.0)[..., None]
+    clean = np.rint(255.0 - share * (255.0 - np.array([40.0, 170.0, 190.0]))).astype(np.uint8)
+    image = (np.asarray(as_jpeg(Image.fromarray(clean), 80)) / 255.0).astype(np.float32)
+    traced = find_regions(image, is_jpeg=True)
+    assert not find_copies(image, traced, lambda: False, Evidence.of(image, Jpeg(80, is_subsampled=True)))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from damage import as_jpeg, drawn, levels_of
+from PIL import Image
 
 from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.evidence.evidence import Evidence
@@ -36,3 +37,14 @@ def test_a_transparent_picture_is_seen_over_white() -> None:
     image = np.zeros((4, 4, 4), np.float32)
     image[:2, :, 3] = 0.5
     assert set(Evidence.of(image).levels.ravel().tolist()) == {127.5, 255.0}
+
+
+def test_the_deviation_of_a_jpeg_is_high_at_edges_as_far_as_it_is_off_there_and_low_in_even_areas() -> None:
+    clean = np.full((64, 64, 3), 230.0)
+    clean[:, 36:] = (40.0, 90.0, 160.0)
+    saved = levels_of(as_jpeg(Image.fromarray(clean.astype(np.uint8)), 70)).astype(np.float64)
+    said = Evidence.of((saved / 255.0).astype(np.float32), Jpeg(70, is_subsampled=True)).variance
+    off = np.square(saved - clean).mean(2)
+    edge, even = np.s_[:, 32:40], np.s_[:, :16]
+    assert 0.5 < math.sqrt(said[edge].mean() / off[edge].mean()) < 2.0
+    assert said[even].max() < 0.05 * said[edge].mean()
