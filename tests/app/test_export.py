@@ -1,4 +1,4 @@
-"""Files that the page saves are those of `warpvec run`, and say the same of what they cannot show."""
+"""The page saves the files of `warpvec run`, with the same warnings."""
 
 from __future__ import annotations
 

@@ -6,17 +6,10 @@ from pathlib import Path
 
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
 from desk_browser import DeskPage
+from desk_edits import RECOLOUR
 from quick_desk import QuickServer, quick_server_fixture, write_logo  # noqa: F401  (fixture)
 
 pytestmark = NEEDS_BROWSER
-
-RECOLOUR = """([from, to]) => {
-    const { app } = warpvecView;
-    app.select(app.drawing.layers.flatMap(({ items }) => items).filter(({ fill }) => fill === from));
-    const field = document.getElementById("fill");
-    field.value = to;
-    for (const type of ["input", "change"]) field.dispatchEvent(new Event(type, { bubbles: true }));
-}"""
 
 
 def wait_for_states(desk: DeskPage, expected: dict[str, list[bool]]) -> None:

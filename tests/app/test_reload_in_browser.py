@@ -14,13 +14,19 @@ from quick_desk import QuickServer, quick_server_fixture, write_logo  # noqa: F4
 pytestmark = NEEDS_BROWSER
 
 
+def drawn_logo(browser: Any, server: QuickServer, folder: Path) -> DeskPage:
+    """Return a page that has drawn the logo."""
+    desk = DeskPage(browser, server, folder)
+    desk.drop(write_logo(folder / "logo.png"))
+    desk.wait_for_status("done")
+    return desk
+
+
 def test_edits_the_undo_list_and_settings_are_there_after_a_reload(
     browser: Any, quick_server: QuickServer, tmp_path: Path
 ) -> None:
-    desk = DeskPage(browser, quick_server, tmp_path)
+    desk = drawn_logo(browser, quick_server, tmp_path)
     page = desk.page
-    desk.drop(write_logo(tmp_path / "logo.png"))
-    desk.wait_for_status("done")
     first = text_of(desk)
     page.evaluate(RECOLOUR, [GREEN, ORANGE])
     recoloured = text_of(desk)
@@ -47,10 +53,8 @@ def test_edits_the_undo_list_and_settings_are_there_after_a_reload(
 def test_a_removed_picture_comes_back_by_undo_with_its_edits_also_after_a_reload(
     browser: Any, quick_server: QuickServer, tmp_path: Path
 ) -> None:
-    desk = DeskPage(browser, quick_server, tmp_path)
+    desk = drawn_logo(browser, quick_server, tmp_path)
     page = desk.page
-    desk.drop(write_logo(tmp_path / "logo.png"))
-    desk.wait_for_status("done")
     page.evaluate(RECOLOUR, [GREEN, ORANGE])
     recoloured = text_of(desk)
     page.locator("#pictures button:not(.open)").click()

@@ -1,4 +1,4 @@
-"""What files are for, in the words of the page: each choice has a kind of file, and a purpose of the table."""
+"""Offer uses of a file on the page: each has a kind of file, and a purpose of the table."""
 
 from __future__ import annotations
 

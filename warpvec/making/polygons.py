@@ -1,4 +1,4 @@
-"""What shows of each colour of a drawing as valid polygons, for programs that know no curves."""
+"""Make valid polygons of what shows of each colour of a drawing, for programs that know no curves."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a file is for: the programs and machines that read it, what they cannot show, and what is drawn in its place."""
+"""Purposes of files: which programs and machines read them, what these cannot show, and what is drawn in its place."""

@@ -275,7 +275,7 @@ def _loop_commands(loop: Loop, decimals: int, has_arcs: bool) -> str:
 
 
 def _line_commands(loop: Loop, decimals: int, has_arcs: bool) -> str:
-    """Return the commands of an open line; those of a point are one of ``_DOTS``, to which renderers give its caps."""
+    """Return the commands of an open line. A point is one of ``_DOTS``, so that renderers draw its caps."""
     relative, is_line = _relative(loop.ticks)[:-1], loop.is_line[:-1]
     found = _commands(relative, is_line, _drawn_rows(relative, is_line), decimals, has_arcs)
     if not found:

@@ -1,4 +1,4 @@
-"""What a run decided about its drawing, and why: a record for each change that was weighed.
+"""Record what a run decided about its drawing, and why: each change that was weighed.
 
     warpvec run in.png out.svg --why why.jsonl
 

@@ -36,7 +36,13 @@ EVERYTHING = np.iinfo(np.int64).max
 
 
 class _Loop(NamedTuple):
-    """A closed loop: its curves [k, 4, 2] in ticks, which are lines [k], and the curves that they follow [k]."""
+    """A closed loop.
+
+    Attributes:
+        cubics: its curves in ticks [k, 4, 2].
+        is_line: which of them are lines [k].
+        source: the curve of the path that each follows [k].
+    """
 
     cubics: Floats
     is_line: Mask
