@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import torch
 from chain_pictures import line, quarter, rounded_rectangle, split
-from flat_drawings import BLACK, drawing, picture
+from flat_drawings import BLACK, BLUE, RED, drawing, picture
+from scenes import rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.arc_rounding import with_arcs
@@ -21,6 +23,19 @@ from warpvec.svg.write import write_svg
 from warpvec.watch.watch import Watch
 
 CONFIG = FitConfig(threads=1)
+
+
+def turned(points: torch.Tensor, degrees: float) -> torch.Tensor:
+    """Return ``points`` [K, 2] turned about (32, 32)."""
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    matrix = torch.tensor([[cosine, sine], [-sine, cosine]], dtype=points.dtype)
+    return (points - 32.0) @ matrix + 32.0
+
+
+def edges(scene: Scene) -> torch.Tensor:
+    """Return the vectors from each node to the next [R, 2]."""
+    start = scene.segments[:, 0]
+    return start[scene.structure.segment_next.long()] - start
 
 
 def scene_of(curves: np.ndarray) -> Scene:
@@ -79,3 +94,48 @@ def test_forms_and_colours_stay_and_an_empty_drawing_too():
     assert torch.equal(found.color, scene.color) and found.forms is None
     empty = replace(scene.select(torch.zeros(0, dtype=torch.int64)))
     assert len(regular(empty, torch.ones(64, 64, 3))) == 0
+
+
+def test_lines_that_are_nearly_level_and_upright_become_so():
+    scene = drawing((BLACK, [straight((10.05, 10.1), (50.1, 9.95), (49.95, 40.1), (9.95, 40.0))]))
+    image = picture(drawing((BLACK, [rectangle(10, 10, 50, 40)])))
+
+    found = edges(regular(scene, image))
+
+    assert len(found) == 4 and (found == 0.0).any(1).all()
+
+
+def test_a_line_that_the_picture_shows_tilted_stays_tilted():
+    scene = drawing((BLACK, [straight((10, 10), (50, 10.6), (50, 40), (10, 40))]))
+
+    found = regular(scene, picture(scene))
+
+    heights = found.segments[:, 0, 1].sort().values
+    torch.testing.assert_close(heights[:2], torch.tensor([10.0, 10.6]), atol=0.05, rtol=0)
+    other = drawing((BLACK, [straight((10, 10.3), (50, 10.3), (50, 40), (10, 40))]))
+    level = regular(scene, picture(other))  # the picture has no objection
+    assert len(set(level.segments[:, 0, 1].tolist())) == 2
+
+
+def test_a_turned_rectangle_gets_right_angles():
+    corners = turned(torch.tensor([[14.0, 20.0], [50.0, 20.0], [50.0, 44.0], [14.0, 44.0]]), 20.0)
+    image = picture(drawing((RED, [straight(*corners.tolist())])))
+    noise = 0.06 * torch.tensor([[1.0, 0.5], [-1.0, 0.3], [0.4, -1.0], [0.2, 1.0]])
+    scene = drawing((RED, [straight(*(corners + noise).tolist())]))
+
+    found = edges(regular(scene, image))
+
+    cosine = (found * found.roll(1, 0)).sum(1) / found.norm(dim=1) / found.roll(1, 0).norm(dim=1)
+    assert cosine.abs().max() < 1e-4
+    assert abs(math.degrees(math.atan2(found[0, 1], found[0, 0])) - 20.0) < 0.3
+
+
+def test_bars_of_nearly_one_height_are_aligned():
+    tops = (10.0, 10.12, 9.9)
+    bars = [rectangle(8.0 + 16 * k, top, 18.3 + 16 * k, 50.0) for k, top in enumerate(tops)]
+    scene = drawing(*((BLUE, [bar]) for bar in bars))
+    image = picture(drawing(*((BLUE, [rectangle(8.0 + 16 * k, 10, 18.3 + 16 * k, 50)]) for k in range(3))))
+
+    found = regular(scene, image)
+
+    assert len(set(found.segments[:, 0, 1].tolist())) == 2

@@ -157,11 +157,6 @@ class SimplificationConstants:
     """Distance in pixels by which the end of a segment may have moved before what is put back would not fit any more.
     Then the segment beyond is put back too."""
 
-    # Changes that are taken back (simplification/accepted_changes.py)
-
-    take_back_tries: int = 4
-    """Times that changes which cost too much are taken back, each time with one more of their neighbours."""
-
     # Error near a segment (simplification/local_error.py)
 
     error_spacing: float = 0.8
@@ -175,38 +170,6 @@ class SimplificationConstants:
     regular_share: float = 0.5
     """Share of the detail that regular forms may take. With all of it, lines that are a third of a degree off the level
     on purpose would be made level."""
-
-    # Spikes (simplification/spikes.py)
-
-    spike_width: float = 1 / 3
-    spike_slimness: float = 1.5
-    spike_length: float = 0.5
-    """A spike is a corner whose sides are up to so many pixels apart, at that many times this distance from its tip,
-    and that goes on so far, in pixels, at least. A corner of 37 degrees has the second number. The tip of a star is
-    one too, but the picture shows it."""
-
-    spike_step: float = 0.125
-    spike_samples: int = 24
-    spike_share_max: float = 0.9
-    """Pixels between the places along both sides of a corner where its width is measured, their number, and the share
-    of each side that may go."""
-
-    # Level, upright and parallel lines (simplification/straight_lines.py)
-
-    line_turn_max: float = 3.0
-    """Largest angle in degrees by which a line turns."""
-
-    line_move_max: float = 0.5
-    """Largest distance in pixels by which an end of a line moves when it turns, or a line when it is aligned."""
-
-    parallel_degrees: float = 1.0
-    """Lines of a path count as parallel, or at right angles, within so many degrees."""
-
-    aligned_distance: float = 0.3
-    """Level lines, and upright lines, are brought into line if they are so close, in pixels."""
-
-    crossing_degrees_min: float = 10.0
-    """Smallest angle in degrees between two lines that are extended to where they cross."""
 
     # Circles and ellipses (simplification/circles.py)
 

@@ -16,42 +16,8 @@ from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points, segment_loops
 from warpvec.geometry.forms.registry import ELLIPSE
-from warpvec.geometry.joints import Joints
 from warpvec.geometry.scene import Scene
 from warpvec.watch.decisions import are_wanted, box_of
-
-
-def accepted_nodes(old: Scene, new: Scene, critic: Critic, samples: OutlineSamples, detail: float) -> Scene:
-    """Return ``new`` with nodes as in ``old`` where the exact error near them would rise by too much.
-
-    Both have the same structure. ``samples`` are those of ``old``. ``detail`` is as in `Critic.allowed`.
-    """
-    before, allowed = critic.error(old), critic.allowed(samples.worth, samples.moves(detail), SIMPLIFICATION.noise)
-    joints = Joints.of(old)
-    previous, current = joints.values(old), joints.values(new)
-    changes = torch.stack([(a != b).any(1) for a, b in zip(previous, current, strict=True)]).any(0).numpy()
-    for attempt in range(SIMPLIFICATION.take_back_tries):
-        if not changes.any():
-            return old
-        mask = torch.from_numpy(changes)[:, None]
-        values = (torch.where(mask, b, a) for a, b in zip(previous, current, strict=True))
-        scene = replace(new, segments=joints.segments(*values))
-        rise = critic.error(scene) - before
-        cost = np.maximum(errors_near(control_points(old), rise), errors_near(control_points(scene), rise))
-        wrong = _nodes_around(cost > allowed, changes, joints, attempt)
-        if not wrong.any():
-            return scene
-        changes &= ~wrong
-    return old
-
-
-def _nodes_around(segments: Mask, nodes: Mask, joints: Joints, reach: int) -> Mask:
-    """Return the ``nodes`` [R] at the ends of the ``segments`` [R], and as many neighbours of these as ``reach``."""
-    following, preceding = joints.following.numpy(), joints.preceding.numpy()
-    found = segments | segments[preceding]
-    for _ in range(reach):
-        found = found | found[following] | found[preceding]
-    return found & nodes
 
 
 def accepted_loops(
