@@ -44,12 +44,14 @@ def stack(regions: Regions, watch: Watch = UNWATCHED) -> list[StackedLayer]:
     A region lies beneath those that it surrounds. Of neighbours, the one whose outline goes on where a third one meets
     both lies above, or the one that has more of its border with the other; else the smaller one, its holes filled.
     Regions of one paint are one layer where something above interrupts it, or has a hole that is no line. Regions that
-    are transparent, or have the paint of the canvas, are holes through all layers.
+    are transparent are holes through all layers. So are those of the paint of the canvas, unless that would say their
+    outlines more than once: then they are shapes on top.
 
     Shapes of one paint that stand alone are one layer with several parts: designers draw lettering so.
     """
-    shown = np.nonzero(~is_outside(regions))[0]
     area, surrounds = filled_areas(regions.label, len(regions), watch)
+    is_hole = holes(regions, surrounds)
+    shown = np.nonzero(~is_hole)[0]
     junctions = find_junctions(regions, shown, watch)
     above = evidence_above(junctions, len(regions))
     shares = border_shares(regions.label, len(regions))
@@ -65,7 +67,7 @@ def stack(regions: Regions, watch: Watch = UNWATCHED) -> list[StackedLayer]:
         above[region, around] = above[around, region] = 0.0
     pairs = [*seen, *interrupted_pairs(regions, junctions, order)]
     shapes = _grouped([(region,) for region in order], pairs, above)
-    joined = _grouped(shapes, _pairs_alone(regions, shares, order), above)
+    joined = _grouped(shapes, _pairs_alone(regions, is_hole, shares, order), above)
     return _layers(regions, [[shape for shape in shapes if shape[0] in path] for path in joined])
 
 
@@ -93,15 +95,16 @@ def _seen_through(regions: Regions, surrounds: Mask, order: list[int], watch: Wa
         yield from ((first, second) for second in later.tolist() if (surrounds[first] & surrounds[:, second]).any())
 
 
-def _pairs_alone(regions: Regions, shares: Floats, order: list[int]) -> Iterator[tuple[int, int]]:
+def _pairs_alone(regions: Regions, is_hole: Mask, shares: Floats, order: list[int]) -> Iterator[tuple[int, int]]:
     """Yield pairs of regions of one paint that border on nothing but what no layer shows, if there are enough.
 
     Args:
         regions: regions of a picture.
+        is_hole: which of them no layer shows [K].
         shares: share of the border of region a with b, as entry [a, b] of an array [K, K].
         order: the regions that are shown, the lowest first.
     """
-    stands_alone = shares[:, ~is_outside(regions)].sum(1) == 0.0
+    stands_alone = shares[:, ~is_hole].sum(1) == 0.0
     rest = np.array([region for region in order if stands_alone[region]], np.int64)
     while len(rest):
         is_alike = alike(regions, int(rest[0]), rest)
@@ -148,16 +151,25 @@ def _layers(regions: Regions, paths: list[list[tuple[int, ...]]]) -> list[Stacke
     return layers
 
 
-def is_outside(regions: Regions) -> Mask:
-    """Return which regions [K] (bool) no layer shows: the canvas, those of its paint, and transparent ones.
+def holes(regions: Regions, surrounds: Mask) -> Mask:
+    """Return which regions [K] no layer shows: the canvas, transparent ones, and those of the paint of the canvas.
 
-    Words in the paint of the canvas are shown: as holes, they would have no outlines on the finer grid.
+    Of these, words are shown: as holes, they would have no outlines on the finer grid. So is what two layers or more
+    would have a hole for: on top its outline is said once.
+
+    Args:
+        regions: K regions of a picture.
+        surrounds: whether region a surrounds b, as entry [a, b] of an array [K, K].
     """
-    outside = regions.paints.opacity <= 0.0
-    if regions.canvas is not None and not outside[regions.canvas]:
-        is_canvas = alike(regions, regions.canvas, np.arange(len(regions)))
-        outside = outside | (is_canvas if regions.is_lettering is None else is_canvas & ~regions.is_lettering)
-    return outside
+    is_clear = regions.paints.opacity <= 0.0
+    if regions.canvas is None or is_clear[regions.canvas]:
+        return np.asarray(is_clear)
+    is_hole = is_clear | alike(regions, regions.canvas, np.arange(len(regions)))
+    if regions.is_lettering is not None:
+        is_hole &= is_clear | ~regions.is_lettering
+    ends = surrounds[:, is_hole].astype(np.int64) @ surrounds[is_hole].astype(np.int64) > 0  # at a hole in between
+    layer_count = (surrounds & ~ends)[~is_hole].sum(0)
+    return np.asarray(is_hole & (is_clear | (layer_count < 2)))
 
 
 def best_order(above: Floats, start: Sequence[int]) -> list[int]:
