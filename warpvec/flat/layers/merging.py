@@ -14,12 +14,24 @@ from warpvec.geometry.paints.registry import FLAT
 
 
 def alike(regions: Regions, first: int, others: Integers) -> Mask:
-    """Return which regions ``others`` [n] have the flat paint of ``first``, within ``paints_apart``, or are it."""
+    """Return which regions ``others`` [n] have the paint of ``first``, within ``paints_apart`` where they show it."""
     paints = regions.paints
     color = np.abs(paints.color[others] - paints.color[first]).max(1)
     apart = np.maximum(color, np.abs(paints.opacity[others] - paints.opacity[first]))
     is_flat = (paints.kind[others] == FLAT) & (paints.kind[first] == FLAT)
-    return (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
+    found = (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
+    if paints.kind[first] != FLAT:
+        for k in np.flatnonzero((paints.kind[others] != FLAT) & ~found).tolist():
+            found[k] = _shows(regions, int(others[k]), first)
+    return np.asarray(found)
+
+
+def _shows(regions: Regions, region: int, other: int) -> bool:
+    """Return whether the pixels of a ``region`` would look the same with the paint of an ``other`` one."""
+    y, x = np.nonzero((regions.label == region) & (regions.share == 1.0))
+    places = x.astype(np.float32) + np.float32(0.5), y.astype(np.float32) + np.float32(0.5)
+    own, with_other = (regions.paints.at(np.full(len(y), name), *places) for name in (region, other))
+    return bool((np.abs(own - with_other) <= LAYERS.paints_apart).all())
 
 
 def interrupted_pairs(regions: Regions, junctions: Junctions, order: list[int]) -> Iterator[tuple[int, int]]:
