@@ -42,7 +42,6 @@ from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
-from warpvec.flat.simplification.small_rounds import with_small_rounds
 from warpvec.flat.simplification.whole_levels import with_whole_levels
 from warpvec.flat.strokes.recognition import find_strokes
 from warpvec.flat.strokes.stroke import set_apart, with_strokes
@@ -148,7 +147,6 @@ class FlatDrawing:
         traced = replace(traced, generation=torch.arange(len(traced)))
         fewer = with_fewer_paths(traced, self.critic, self.config.curves)
         roughly["area"] = roughly.get("area", 0) + len(traced) - len(fewer)
-        fewer = with_small_rounds(fewer, self.critic)
         noise = self._found[1].noise if self.tracing is None else 0.0
         return FlatOutlines(traced, self.picture, self._polished(fewer, DRAWING.first_iterations), roughly, noise)
 

@@ -193,32 +193,6 @@ class SimplificationConstants:
     ellipse_radius_min: float = 1.5
     """Half axis in pixels below which an outline is a dot of any form."""
 
-    # Circles of a few pixels (simplification/small_rounds.py)
-
-    round_radius_min: float = 2.0
-    round_radius_max: float = 14.0
-    """Radii in pixels between which an outline, as it was traced, may become a circle."""
-
-    round_distance_rms: float = 0.45
-    round_distance_max: float = 1.3
-    """Root mean square and maximum of the distance in pixels between such an outline and its circle."""
-
-    round_rough_min: float = 0.25
-    round_centers_apart: float = 1.0
-    """Largest distance in pixels of an outline from its circle from which it counts as rough, and by how much the
-    centres of the rounds of a ring may lie apart. The usual fit finds circles that are traced well."""
-
-    round_doubt_min: float = 0.5
-    """Least error in the box of an outline, as a share of what its move by ``round_move`` costs, from which its trace
-    is doubtful. Petals that are no circles have 0.1 (emoji_u1f33a), a ring of 1 px that became a polygon 1.6."""
-
-    round_loops_max: int = 2
-    """Most loops of a path whose loops may become circles: a ring has two, and words have more."""
-
-    round_move: float = 0.2
-    """Move in pixels of such an outline whose error is allowed. The fit comes after it: with 0.1, a ring of 1 px that
-    was traced as a polygon stays one (ss_settings)."""
-
     # Circles, ellipses and rectangles (simplification/form_candidates.py)
 
     form_size_min: float = 3.0

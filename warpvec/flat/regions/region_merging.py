@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.regions import REGIONS
@@ -128,7 +127,6 @@ def _drop_specks(
         assignment.anchors[...] = np.where(speck, NONE, assignment.anchors if radius > 1 else assignment.label)
         assignment.is_pure[speck] = False
         unmix(assignment, speck, picture, paints, tolerances, canvas if radius > 1 else None, radius)
-    _join_nearest(assignment, paints, tolerances, limits)
 
 
 def _flip_halves(assignment: Assignment) -> None:
@@ -145,19 +143,6 @@ def _flip_halves(assignment: Assignment) -> None:
     flipped = ((peak < REGIONS.edge_share_max) | is_wisp)[areas]
     assignment.label[flipped], assignment.other[flipped] = assignment.other[flipped], assignment.label[flipped]
     assignment.share[flipped] = 0.5
-
-
-def _join_nearest(assignment: Assignment, paints: Paints, tolerances: Tolerances, limits: SpeckLimits) -> None:
-    """Give pixels of specks the label of the nearest pixel that is in none."""
-    speck = specks_of(assignment, paints, tolerances.metric, limits)
-    if speck.all() or not speck.any():
-        return
-    row, column = ndimage.distance_transform_edt(speck, return_distances=False, return_indices=True)[:, speck]
-    label = assignment.label[row, column]
-    stays = assignment.other[speck] == label
-    assignment.share[speck] = np.where(stays, 0.5, 1.0)
-    assignment.other[speck] = np.where(stays, assignment.label[speck], label)
-    assignment.label[speck] = label
 
 
 def _split(assignment: Assignment, paints: Paints, reach: int) -> tuple[Assignment, Paints]:
