@@ -23,6 +23,7 @@ from warpvec.svg.write import write_svg
 from warpvec.watch.watch import Watch
 
 RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
+CLEAR = (0.0, 0.0, 0.0, 0.0)
 
 
 def error_of_file(regions: Regions) -> float:
@@ -57,15 +58,21 @@ def test_once_the_time_is_up_all_parts_are_outlined_as_far_as_they_show() -> Non
 
 
 def test_hole_stays_open_through_all_layers() -> None:
-    shapes = [(box(6, 6, 90, 90), RED), (disc(48, 48, 30), BLUE), (disc(48, 48, 14), WHITE)]
-    regions = regions_of(shapes, canvas=WHITE)
-    lower, upper = areas(regions)
+    shapes = [(box(6, 6, 90, 90), RED), (disc(48, 48, 30), BLUE), (disc(48, 48, 14), CLEAR)]
+    lower, upper = areas(regions_of(shapes))
     assert len(lower) == len(upper) == 2
     assert lower[0] * lower[1] < 0
     hole = min(map(abs, lower))
     # Beneath the upper one, its colour must not come close to the hole.
     assert np.pi * 15.5**2 < hole < np.pi * 29**2
     assert min(map(abs, upper)) == pytest.approx(np.pi * 14**2, rel=0.01)
+
+
+def test_only_what_two_layers_would_have_a_hole_for_lies_on_top() -> None:
+    ring = [(disc(48, 48, 40), RED), (disc(48, 48, 30), WHITE), (disc(48, 48, 20), BLUE)]
+    badge = [(disc(48, 48, 40), RED), (disc(48, 48, 30), BLUE), (disc(48, 48, 20), WHITE)]
+    assert [len(loops) for loops in areas(regions_of(ring, canvas=WHITE))] == [2, 1]
+    assert [len(loops) for loops in areas(regions_of(badge, canvas=WHITE))] == [1, 1, 1]
 
 
 def test_hidden_border_keeps_on_the_right_side_of_a_hole() -> None:

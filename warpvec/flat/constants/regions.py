@@ -549,10 +549,6 @@ class RegionConstants:
 
     # The regions of a picture (regions/regions.py)
 
-    words_rest: float = 1.0
-    """By how many levels, a root mean square, words may leave more of an icon than its regions without them. The hole
-    of a shaded 9 of 48 px was taken for a white mark on a ramp, and left 2.2 more."""
-
     speck_area: float = 4.0
     speck_area_of_icons: float = 2.0
     """Areas of fewer pixels are specks; in small pictures each pixel was placed to be seen."""

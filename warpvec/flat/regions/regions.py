@@ -165,8 +165,7 @@ def _regions_of(
     is_plain = tolerances.noise <= LETTERING.noise_max and tolerances.reach <= REGIONS.sharp_reach
     if is_plain and not watch.is_over():
         worded = with_lettering(picture, assignment, paints, tolerances, min_area, limits.clear_area)
-        if _explains_as_well(worded[:2], (assignment, paints), straight):
-            assignment, paints, is_lettering = worded
+        assignment, paints, is_lettering = worded
     label, other, share = assignment.label, assignment.other, assignment.share
     canvas = _canvas_like(behind, label, paints)
     return Regions(label, other, share, paints, canvas, is_lettering, tolerances.noise)
@@ -182,15 +181,6 @@ def require_few_edges(regions: Regions) -> None:
     count = int((label[1:] != label[:-1]).sum() + (label[:, 1:] != label[:, :-1]).sum())
     if count > max(REGIONS.edges_max, REGIONS.edges_share_max * label.size):
         raise NotFlatArtError(f"its areas have {count:,} pixels of edges")
-
-
-def _explains_as_well(worded: tuple[Assignment, Paints], plain: tuple[Assignment, Paints], image: Floats32) -> bool:
-    """Return whether regions with words leave about as little of an ``image`` [h, w, 4] as those without; of an icon.
-
-    Larger pictures have so many words that they are not compared.
-    """
-    is_icon = max(image.shape[:2]) <= REGIONS.shaded_side
-    return not is_icon or _rest(image, *worded) <= _rest(image, *plain) + REGIONS.words_rest
 
 
 def _rest(image: Floats32, assignment: Assignment, paints: Paints) -> float:

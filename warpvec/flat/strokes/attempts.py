@@ -14,7 +14,7 @@ from warpvec.flat.simplification.form_candidates import Candidate, candidates
 from warpvec.flat.simplification.local_error import errors_in_boxes
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
 from warpvec.flat.strokes.line_fitting import curves_of, fit_again
-from warpvec.flat.strokes.round_corners import corners_of, with_bent_lines, with_round_corners
+from warpvec.flat.strokes.round_corners import corners_of, with_round_corners
 from warpvec.flat.strokes.stroke import Stroke
 
 _SAMPLES = 16
@@ -107,13 +107,7 @@ def _simpler(stroke: Stroke, tolerance: float) -> Stroke:
 
 
 def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:
-    """Return a stroke with round corners where sharp ones have raised the error [h, w] most, and bent short lines.
-
-    Forms stay.
-    """
-    bent = [with_bent_lines(line, stroke.width) if form is None else line
-            for line, form in zip(stroke.lines, stroke.forms, strict=True)]  # fmt: skip
-    stroke = replace(stroke, lines=bent)
+    """Return a stroke with round corners where sharp ones have raised the error [h, w] most. Forms stay."""
     free = [line for line, form in zip(stroke.lines, stroke.forms, strict=True) if form is None]
     if not free:
         return stroke

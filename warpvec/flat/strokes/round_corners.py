@@ -1,4 +1,4 @@
-"""Round the corners of a centre line and bend its short lines, so that the fit to the picture can tell how much."""
+"""Round the corners of a centre line, so that the fit to the picture can tell how much."""
 
 from __future__ import annotations
 
@@ -41,22 +41,6 @@ def with_round_corners(rows: Rows, is_corner: Mask, width: float) -> Rows:
         control.append(rows.control[-1])
         is_line.append(True)
     return Rows(np.stack(control), np.array(is_line), rows.is_open)
-
-
-def with_bent_lines(rows: Rows, width: float) -> Rows:
-    """Return a centre line of a stroke of ``width`` pixels, with cubics in place of short lines that go on from curves.
-
-    Under another line, a bend that ends there looks straight for a width.
-    """
-    curves = curves_of(rows)
-    is_line, is_corner = rows.is_line[: len(curves)], corner_turns(curves) > STROKES.corner_degrees
-    is_bend = ~is_line & ~is_corner, ~is_line & ~np.roll(is_corner, -1)
-    goes_on = np.roll(is_bend[1], 1) & ~is_corner, np.roll(is_bend[0], -1) & ~np.roll(is_corner, -1)
-    if rows.is_open:
-        goes_on[0][0] = goes_on[1][-1] = False
-    is_short = np.linalg.norm(curves[:, 3] - curves[:, 0], axis=1) < width
-    is_line = is_line & ~(is_short & (goes_on[0] | goes_on[1]))
-    return rows._replace(is_line=np.append(is_line, rows.is_line[len(curves) :]))
 
 
 def _shares(curves: Floats, is_corner: Mask, reach: float) -> Floats:
