@@ -9,6 +9,8 @@ import pytest
 from flat_regions import box, disc, regions_of, split_regions
 
 from warpvec.flat.layers.stacking import StackedLayer, stack
+from warpvec.flat.regions.regions import find_regions
+from warpvec.geometry.paints.registry import FLAT
 
 RED, GREEN, BLUE, WHITE = (1.0, 0.0, 0.0, 1.0), (0.0, 0.6, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0)
 
@@ -101,3 +103,19 @@ def test_a_word_in_the_paint_of_the_canvas_is_a_layer_and_no_hole() -> None:
     word = replace(regions, is_lettering=np.arange(len(regions)) == 2)
     assert members(stack(regions)) == [(1,)]
     assert members(stack(word)) == [(1,), (2,)]
+
+
+@pytest.mark.parametrize(("off", "count"), [(0.0, 2), (20.0, 1)])
+def test_a_gradient_that_is_seen_through_a_ring_is_one_layer(off: float, count: int) -> None:
+    """The ring lies on a gradient, which has other colours inside of it, or the same."""
+    y, x = np.indices((96, 96)) + 0.5
+    away = np.hypot(x - 48, y - 48)
+    level = 60.0 + 1.5 * x + np.where(away < 14, off, 0.0)
+    picture = np.stack([level, 0.5 * level, 40.0 + 0.0 * level], -1) / 255.0
+    picture[(away >= 14) & (away < 22)] = (1.0, 1.0, 0.2)
+    picture[np.maximum(abs(x - 48), abs(y - 48)) > 40] = 0.9
+    regions = find_regions(picture.astype(np.float32))
+
+    gradients = [layer for layer in stack(regions) if regions.paints.kind[layer.members[0]] != FLAT]
+
+    assert [len(layer.members) for layer in gradients] == [count] * (3 - count)
