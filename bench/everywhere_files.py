@@ -95,7 +95,7 @@ FILES: dict[str, Callable[[], str]] = {
     "gradients": lambda: _layered(_GRADIENTS),
     "gradients on strokes": lambda: _layered(_STROKED_GRADIENTS),
     "soft": lambda: _layered(_SOFT),
-    "90 mm": lambda: _layered(_GROUND + _PATHS, ("90mm", "90mm")),
+    "127 mm": lambda: _layered(_GROUND + _PATHS, ("127mm", "127mm")),
     "symbol": lambda: as_symbol(_layered(_GROUND + _PATHS), "drawing"),
 }
 """Name -> what makes the text of the file."""

@@ -63,8 +63,8 @@ PROGRAMS = {
     ),
     "skia-python": Program(
         "python", "skia-python==144.0.post1",
-        "import skia; t = skia.Surface(w, h); c = t.getCanvas(); c.clear(skia.ColorWHITE)\n"
-        "d = skia.SVGDOM.MakeFromStream(skia.MemoryStream(open(svg, 'rb').read())); z = d.containerSize(); "
+        "import skia; b = open(svg, 'rb').read(); t = skia.Surface(w, h); c = t.getCanvas(); c.clear(skia.ColorWHITE)\n"
+        "d = skia.SVGDOM.MakeFromStream(skia.MemoryStream(b)); z = d.containerSize(); "
         "c.scale(w / z.width(), h / z.height()); d.render(c); t.makeImageSnapshot().save(out, skia.kPNG)",
     ),
     "PySide6": Program(
@@ -86,12 +86,12 @@ PROGRAMS = {
     ),
     "PyMuPDF": Program(
         "python", "pymupdf==2.0",
-        "import fitz; d = fitz.open(stream=open(svg, 'rb').read(), filetype='svg'); p = d[0]; m = fitz.Matrix(w / p.rect.width, h / p.rect.height); p.get_pixmap(matrix=m).save(out)",
+        "import pymupdf; d = pymupdf.open(stream=open(svg, 'rb').read(), filetype='svg'); p = d[0]; m = pymupdf.Matrix(w / p.rect.width, h / p.rect.height); p.get_pixmap(matrix=m).save(out)",
         purpose="plain",
     ),
     "LibreOffice": Program(
-        "command", "",
-        "soffice -env:UserInstallation=file://{folder}/profile --headless --convert-to png:draw_png_Export:{{\"PixelWidth\":{{\"type\":\"long\",\"value\":\"{w}\"}},\"PixelHeight\":{{\"type\":\"long\",\"value\":\"{h}\"}}}} --outdir {folder} {svg}",
+        "command", "pymupdf==2.0",
+        "soffice -env:UserInstallation=file://{folder}/profile --headless --convert-to pdf:draw_pdf_Export --outdir {folder} {svg}",
         purpose="plain",
     ),
     "sharp": Program(
@@ -106,7 +106,7 @@ PROGRAMS = {
     ),
     "svg-to-pdfkit": Program(
         "node", "svg-to-pdfkit@0.1.8 pdfkit@0.20.2",
-        "const P = require('pdfkit'); const d = new P({size: [w, h], margin: 0}); d.pipe(fs.createWriteStream(out)); require('svg-to-pdfkit')(d, text, 0, 0, {width: w, height: h, assumePt: true}); d.end()",
+        "const P = require('pdfkit'); const d = new P({size: [w / scale, h / scale], margin: 0}); d.pipe(fs.createWriteStream(out)); require('svg-to-pdfkit')(d, text, 0, 0, {assumePt: true}); d.end()",
     ),
     "svg2pdf.js": Program(
         "page", "svg2pdf.js@2.8.1 jspdf@4.2.1",
@@ -193,6 +193,8 @@ def picture_of(name: str, svg: Path, size: tuple[int, int], scale: float, enviro
         values = {"svg": str(svg), "out": str(out), "w": size[0], "h": size[1], "scale": scale, "folder": folder}
         try:
             _draw(name, values, environment)
+            if (printed := out.with_suffix(".pdf")).exists():
+                printed.replace(out)
             if out.read_bytes().startswith(b"%PDF"):
                 _draw_pdf(values, environment)
             with Image.open(out) as image:
@@ -248,6 +250,6 @@ def _draw_page(name: str, values: dict[str, object], environment: Path) -> None:
 
 
 def _draw_pdf(values: dict[str, object], environment: Path) -> None:
-    """Draw a PDF by MuPDF as a PNG in its place."""
-    code = "import fitz, sys; out, w, h = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]); d = fitz.open(stream=open(out, 'rb').read(), filetype='pdf'); p = d[0]; p.get_pixmap(matrix=fitz.Matrix(w / p.rect.width, h / p.rect.height)).save(out)"
-    _run([str(environment / "bin" / "python"), "-c", code, *(str(values[key]) for key in ("out", "w", "h"))])
+    """Draw a PDF by MuPDF as a PNG in its place. LibreOffice's page is up to a point larger than its drawing."""
+    code = "import sys, pymupdf; out, w, h, scale = sys.argv[1], *map(float, sys.argv[2:]); p = pymupdf.open(stream=open(out, 'rb').read(), filetype='pdf')[0]; r, x, y = p.rect, 0.75 * w / scale, 0.75 * h / scale\nif 0.0 < r.width - x < 1.0 and 0.0 < r.height - y < 1.0: p.set_cropbox(pymupdf.Rect((r.width - x) / 2, (r.height - y) / 2, (r.width + x) / 2, (r.height + y) / 2)); r = p.rect\np.get_pixmap(matrix=pymupdf.Matrix(w / r.width, h / r.height)).save(out)"
+    _run([str(environment / "bin" / "python"), "-c", code, *(str(values[key]) for key in ("out", "w", "h", "scale"))])
