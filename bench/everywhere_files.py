@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+
+import torch
 
 from warpvec.svg.minify import write_minified
 from warpvec.svg.on_pages import as_symbol
 from warpvec.svg.read import read_svg
-from warpvec.svg.write import write_svg
+from warpvec.svg.write import hex_colors, write_svg
 
 SIDE = 256
 """Sides of the drawings in pixels."""
@@ -80,6 +83,18 @@ def _layered(body: str, sides: tuple[str, str] | None = None) -> str:
 def _short(body: str) -> str:
     scene = read_svg(f"{_HEAD}{body}</svg>").scene.scaled(_UNITS, _UNITS)
     return write_minified(scene, _UNITS * SIDE, _UNITS * SIDE, (str(SIDE), str(SIDE)))
+
+
+def by_color() -> str:
+    """Return a drawing with a layer for each colour, as flat art has, for programs that import shapes."""
+    scene = read_svg(f"{_HEAD}{_GROUND}{_FORMS}{_PATHS}</svg>").scene
+    names = list(dict.fromkeys(hex_colors(scene.color)))
+    levels = torch.tensor([names.index(color) for color in hex_colors(scene.color)])
+    scene = scene.select(levels.argsort(stable=True))
+    scene = replace(scene, generation=levels.sort().values)
+    return write_svg(
+        scene, SIDE, SIDE, title="drawing", layer_names={level: f"pen {name}" for level, name in enumerate(names)}
+    )
 
 
 def _translucent() -> str:

@@ -134,7 +134,7 @@ PROGRAMS = {
     ),
     "paper": Program(
         "page", "paper@0.12.20",
-        f"(async () => {{ {_CANVAS} c.setAttribute('hidpi', 'off'); c.setAttribute('data-paper-hidpi', 'off'); paper.setup(c); const i = paper.project.importSVG(text); i.scale(scale, new paper.Point(0, 0)); paper.view.update(); return base64(); }})()",
+        f"(async () => {{ {_CANVAS} c.setAttribute('hidpi', 'off'); c.setAttribute('data-paper-hidpi', 'off'); paper.setup(c); paper.project.importSVG(text); paper.view.matrix = new paper.Matrix(scale, 0, 0, scale, 0, 0); paper.view.update(); return base64(); }})()",
         purpose="plain",
     ),
     "fabric": Program(
@@ -186,7 +186,9 @@ def installed(environment: Path, names: list[str]) -> None:
             subprocess.run([*kinds[kind], *sorted(wanted)], check=True, cwd=environment)
 
 
-def picture_of(name: str, svg: Path, size: tuple[int, int], scale: float, environment: Path) -> NDArray[np.uint8] | None:
+def picture_of(
+    name: str, svg: Path, size: tuple[int, int], scale: float, environment: Path
+) -> NDArray[np.uint8] | None:
     """Return what a program draws [h, w, 3] of the file ``svg`` in ``size``, ``scale`` times its own; None if it fails."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / (svg.stem + ".png")
@@ -221,7 +223,10 @@ def _draw(name: str, values: dict[str, object], environment: Path) -> None:
         _run([str(environment / "bin" / "python"), "-c", head + program.code])
     elif program.kind == "node":
         modules = str(environment / "node_modules")
-        _run(["node", "-e", _constants(values) + "const fs = require('fs');" + program.code], env={**os.environ, "NODE_PATH": modules})
+        _run(
+            ["node", "-e", _constants(values) + "const fs = require('fs');" + program.code],
+            env={**os.environ, "NODE_PATH": modules},
+        )
     else:
         _draw_page(name, values, environment)
 
@@ -238,11 +243,25 @@ def _literal(value: object) -> str:
 
 
 def _draw_page(name: str, values: dict[str, object], environment: Path) -> None:
-    scripts = "".join(f'<script src="file://{environment}/node_modules/{each}"></script>' for each in _SCRIPTS.get(name, ()))
+    scripts = "".join(
+        f'<script src="file://{environment}/node_modules/{each}"></script>' for each in _SCRIPTS.get(name, ())
+    )
     code = f"{_constants(values)}({PROGRAMS[name].code}).then(found => {{ document.body.innerHTML = '<pre>FOUND:' + found + '</pre>'; }}, error => {{ document.body.innerHTML = '<pre>ERROR:' + error + '</pre>'; }})"
     page = Path(str(values["folder"])) / "page.html"
-    page.write_text(f'<!DOCTYPE html><meta charset="utf-8"><body>{scripts}<script>{code.replace("</", "<" + chr(92) + "/")}</script></body>')
-    words = ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files", "--virtual-time-budget=20000", "--dump-dom", f"--user-data-dir={values['folder']}/chromium", f"file://{page}"]
+    page.write_text(
+        f'<!DOCTYPE html><meta charset="utf-8"><body>{scripts}<script>{code.replace("</", "<" + chr(92) + "/")}</script></body>'
+    )
+    words = [
+        "chromium",
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--allow-file-access-from-files",
+        "--virtual-time-budget=20000",
+        "--dump-dom",
+        f"--user-data-dir={values['folder']}/chromium",
+        f"file://{page}",
+    ]
     found = re.search(r"FOUND:([A-Za-z0-9+/=]+)", (dom := _run(words).decode()))
     if found is None:
         raise OSError(re.sub(r"(?s).*ERROR:", "", dom)[:300])

@@ -26,6 +26,7 @@ class Purpose:
         has_forms: whether circles, ellipses and rectangles are elements of their own.
         has_turns: whether these may be turned by a transform.
         has_strokes: whether paths may be strokes.
+        has_fills: whether paths may be filled. Else they are strokes of their outlines, thin and in their colours.
         has_arcs: whether path data may have arcs of circles.
         has_ground: whether the file has a rectangle of the background.
         has_groups: whether a group may state the opacity of its paths, or be a symbol.
@@ -42,6 +43,7 @@ class Purpose:
     has_forms: bool = True
     has_turns: bool = True
     has_strokes: bool = True
+    has_fills: bool = True
     has_arcs: bool = True
     has_ground: bool = True
     has_groups: bool = True
@@ -79,7 +81,7 @@ _CUT = Purpose("machines", has_blur=False, has_gradients=False, has_shades=False
 PURPOSES: Mapping[str, Purpose] = {
     "web": WEB,
     "plain": Purpose(
-        "PDF chains, Office, games", has_blur=False, has_gradients=False, has_forms=False, has_groups=False
+        "PDF chains, Office, games", has_blur=False, has_gradients=False, has_forms=False, has_arcs=False, has_groups=False
     ),
     "print": PRINT,
     "android": ANDROID,
@@ -88,7 +90,7 @@ PURPOSES: Mapping[str, Purpose] = {
         "SVG Tiny 1.2", has_blur=False, has_ellipses=False, has_arcs=False,
         profile=' version="1.2" baseProfile="tiny"',
     ),
-    "pen": replace(_CUT, help="plotters, by vpype"),
+    "pen": replace(_CUT, help="plotters, by vpype: outlines", has_fills=False),
     "cricut": replace(_CUT, help="Cricut Design Space: 72 px an inch", has_turns=False, per_inch=72.0),
 }  # fmt: skip
 """Name -> purpose."""
