@@ -46,7 +46,7 @@ class FileOptions:
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(
-        "web", Choice(tuple(PURPOSES)), "What it is for, such as plain, android or pen.",
+        "web", Choice(tuple(PURPOSES)), "What it is for, such as plain, android, word or pen.",
         RESULT, flag="for", old_name="purpose",
     )  # fmt: skip
     """What the file is for, a key of `warpvec.purposes.table.PURPOSES`: it has only what programs for this show."""

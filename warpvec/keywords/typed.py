@@ -154,8 +154,8 @@ class Keywords(TypedDict, total=False):
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None
     """Width: 90mm, also in, cm, pt, px or %; see --ppi."""
-    purpose: Literal["web", "plain", "print", "android", "font", "tiny", "pen", "cricut"]
-    """What it is for, such as plain, android or pen."""
+    purpose: Literal["web", "plain", "word", "print", "android", "font", "tiny", "pen", "cricut"]
+    """What it is for, such as plain, android, word or pen."""
     trim: bool
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool
