@@ -1,5 +1,8 @@
 """Small drawings in all that warpvec writes, spelled by its own writers, for `bench/everywhere.py`."""
 
+# ruff: noqa: E501
+# Drawings stand in lines of their own length.
+
 from __future__ import annotations
 
 from collections.abc import Callable

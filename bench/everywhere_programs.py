@@ -8,6 +8,7 @@ The code of a program draws the file ``svg`` of ``w`` x ``h`` pixels as ``out``,
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -158,32 +159,45 @@ _SCRIPTS = {
 """Program -> files in ``node_modules`` that its page loads."""
 
 
+MOST_USED = (
+    "rsvg-convert", "Inkscape", "Chromium", "CairoSVG", "PySide6", "skia-python", "PyMuPDF", "LibreOffice", "sharp", "pygame-ce",
+)  # fmt: skip
+"""Programs that stand for most others: web pages, desktops, office, PDF, servers and games."""
+
+_PDF = "pymupdf==2.0"
+"""What draws the PDFs of programs that make these."""
+
+
 def is_there(name: str, environment: Path) -> bool:
     """Return whether a program is installed in the system, or in the folder ``environment``."""
     program = PROGRAMS[name]
-    if program.kind == "command":
-        return shutil.which(program.code.split()[0]) is not None
-    if program.kind == "page" and shutil.which("chromium") is None:
-        return False
-    if program.kind == "python":
-        words = [re.split("==", word)[0] for word in program.requirement.split()]
-        python = environment / "bin" / "python"
-        code = "import sys; from importlib.metadata import version; [version(name) for name in sys.argv[1:]]"
-        return python.exists() and subprocess.run([python, "-c", code, *words], capture_output=True).returncode == 0
-    packages = [word.rpartition("@")[0] for word in program.requirement.split()]
-    return all((environment / "node_modules" / package).is_dir() for package in packages)
+    command = {"command": program.code.split()[0], "page": "chromium"}.get(program.kind)
+    is_found = command is None or shutil.which(command) is not None
+    return is_found and has_packages(program.kind, program.requirement, environment)
+
+
+def has_packages(kind: str, requirement: str, environment: Path) -> bool:
+    """Return whether the folder ``environment`` has the packages of a program of this ``kind``."""
+    if kind in ("node", "page"):
+        packages = [word.rpartition("@")[0] for word in requirement.split()]
+        return shutil.which("node") is not None and all(
+            (environment / "node_modules" / each).is_dir() for each in packages
+        )
+    code = "import sys; from importlib.metadata import version; [version(name) for name in sys.argv[1:]]"
+    words, python = [word.partition("==")[0] for word in requirement.split()], environment / "bin" / "python"
+    return python.exists() and subprocess.run([python, "-c", code, *words], capture_output=True).returncode == 0
 
 
 def installed(environment: Path, names: list[str]) -> None:
     """Install what the programs need into the folder ``environment``: a virtual environment and ``node_modules``."""
     if not (environment / "bin" / "python").exists():
         subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
-    kinds = {"python": [environment / "bin" / "pip", "install", "-q"], "node": ["npm", "install", "--no-audit"]}
-    kinds["page"] = kinds["node"]
-    for kind in ("python", "node", "page"):
-        wanted = {word for name in names if PROGRAMS[name].kind == kind for word in PROGRAMS[name].requirement.split()}
+    install = {"pip": [environment / "bin" / "pip", "install", "-q"], "npm": ["npm", "install", "--no-audit"]}
+    for tool, kinds in {"pip": ("python", "command"), "npm": ("node", "page")}.items():
+        wanted = {word for name in names if PROGRAMS[name].kind in kinds for word in PROGRAMS[name].requirement.split()}
+        wanted |= {_PDF} if tool == "pip" else set()
         if wanted:
-            subprocess.run([*kinds[kind], *sorted(wanted)], check=True, cwd=environment)
+            subprocess.run([*install[tool], *sorted(wanted)], check=True, cwd=environment)
 
 
 def picture_of(
@@ -204,9 +218,7 @@ def picture_of(
                 white = Image.new("RGBA", image.size, "white")
                 drawn = Image.alpha_composite(white, image).convert("RGB").resize(size)
             return np.asarray(drawn)
-        except (subprocess.SubprocessError, OSError) as error:
-            if os.environ.get("WARPVEC_WHY"):
-                print(name, error, getattr(error, "stderr", b"")[-2000:])
+        except (subprocess.SubprocessError, OSError):
             return None
 
 
@@ -233,13 +245,7 @@ def _draw(name: str, values: dict[str, object], environment: Path) -> None:
 
 def _constants(values: dict[str, object]) -> str:
     text = Path(str(values["svg"])).read_text()
-    return "".join(f"const {key} = {_literal(value)};\n" for key, value in {**values, "text": text}.items())
-
-
-def _literal(value: object) -> str:
-    import json
-
-    return json.dumps(value)
+    return "".join(f"const {key} = {json.dumps(value)};\n" for key, value in {**values, "text": text}.items())
 
 
 def _draw_page(name: str, values: dict[str, object], environment: Path) -> None:

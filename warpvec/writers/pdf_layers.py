@@ -95,5 +95,6 @@ def on_one_page(names: Sequence[str], pages: Sequence[bytes]) -> bytes:
     made.Root.OCProperties = pikepdf.Dictionary(OCGs=layers, D=shown)
     made.Root.PageMode = pikepdf.Name.UseOC
     out = BytesIO()
-    made.save(out, object_stream_mode=pikepdf.ObjectStreamMode.generate, deterministic_id=True)
+    disabled = pikepdf.ObjectStreamMode.disable  # some readers look for the size of a page in plain text
+    made.save(out, min_version="1.5", object_stream_mode=disabled, deterministic_id=True)
     return out.getvalue()
