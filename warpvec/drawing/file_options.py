@@ -42,7 +42,7 @@ class FileOptions:
 
     size: str | None = setting(
         None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%", "str"),
-        "Width: 90mm, also in, cm, pt, px, %; Qt, Skia, sharp: --ppi.", RESULT, is_daily=True,
+        "Width: 90mm, also in, cm, pt, px, %; Qt, Skia: --ppi.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(

@@ -153,7 +153,7 @@ class Keywords(TypedDict, total=False):
     replace_gap: int
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None
-    """Width: 90mm, also in, cm, pt, px, %; Qt, Skia, sharp: --ppi."""
+    """Width: 90mm, also in, cm, pt, px, %; Qt, Skia: --ppi."""
     purpose: Literal["web", "plain", "word", "print", "android", "font", "tiny", "pen", "cricut"]
     """What it is for, such as plain, android, word or pen."""
     trim: bool
