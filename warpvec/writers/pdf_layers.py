@@ -23,7 +23,10 @@ _REST = "Background"
 """Name of what lies between layers, which in files of warpvec is the rectangle below them."""
 
 COUNT_MAX = 200
-"""Most parts that become pages: each costs the time of a file."""
+"""Most parts that become pages."""
+
+REPEATED_MAX = 2**21
+"""Most characters that pages repeat of the SVG, its gradients above all: CairoSVG reads a million in a second or two."""
 
 
 def can_have_layers() -> bool:
@@ -39,7 +42,7 @@ class Part(NamedTuple):
 
 
 def parts_of(svg: str) -> list[Part]:
-    """Return the parts of an SVG in the order of painting; none if it has no layers, or too many.
+    """Return the parts of an SVG in the order of painting; none if it has no layers, or too many for the time.
 
     Raises:
         InputError: ``svg`` is not an SVG, or is refused as unsafe.
@@ -51,7 +54,8 @@ def parts_of(svg: str) -> list[Part]:
     runs = [list(run) for _, run in groupby(painted, _layer_key)]
     if not any(map(_is_layer, painted)) or len(runs) > COUNT_MAX:
         return []
-    return list(_parts(root, runs))
+    parts = list(_parts(root, runs))
+    return parts if sum(len(part.svg) for part in parts) - len(svg) <= REPEATED_MAX else []
 
 
 def _is_layer(element: Element) -> bool:
