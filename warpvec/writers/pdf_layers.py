@@ -26,7 +26,7 @@ COUNT_MAX = 200
 """Most parts that become pages."""
 
 REPEATED_MAX = 2**21
-"""Most characters that pages repeat of the SVG, its gradients above all: CairoSVG reads a million in a second or two."""
+"""Most characters that pages repeat of the SVG, its gradients above all: CairoSVG takes a million in seconds."""
 
 
 def can_have_layers() -> bool:
