@@ -143,3 +143,12 @@ def test_the_decisions_of_a_drawing_are_lines_of_json(logo: Path) -> None:
     found = [json.loads(line) for line in why.read_text().splitlines()]
     assert {"two colours", "mode"} == {each["stage"] for each in found}
     assert_refused(invoke("run", logo, logo.with_name("out.svg"), "--why", logo.parent), "--why")
+
+
+def test_a_file_for_word_has_a_picture_beside_that_is_never_the_input(photo: Path) -> None:
+    pytest.importorskip("pathops")
+    before, out = photo.read_bytes(), photo.with_suffix(".svg")
+    result = invoke("run", photo, out, "--for", "word", *QUICK)
+    assert result.exit_code == 0, result.output
+    assert out.with_name(f"{out.name}.png").read_bytes().startswith(b"\x89PNG")
+    assert photo.read_bytes() == before

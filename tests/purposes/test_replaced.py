@@ -59,6 +59,7 @@ def test_machines_get_one_colour_for_each_path_and_no_ground() -> None:
         fitted = text_for(DRAWING, PURPOSES[name])
         assert not re.search("filter|Gradient|<rect width", fitted.text)
         assert fitted.text.count("fill=") == 5
+        assert fitted.text.count('fill="none" stroke="#') == (5 if name == "pen" else 1)
 
 
 def test_a_font_gets_one_black_shape_with_what_is_light_taken_away() -> None:

@@ -14,6 +14,7 @@ from warpvec.geometry.path_forms import Forms, is_used
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
+from warpvec.image.metrics import psnr
 from warpvec.svg.document import parse_svg
 from warpvec.svg.measure import draw, file_facts
 from warpvec.svg.minify import write_minified
@@ -86,6 +87,18 @@ def test_no_soft_form_has_a_transform(minified: bool) -> None:
     assert text.count(" filter=") == len(scene) and "<circle" in text
     assert not re.search("<[^>]* filter=[^>]* transform=", text) and "transform=" in written(scene)
     assert written(read_svg(text).scene) == text
+
+
+@pytest.mark.parametrize("turn", ["rotate(25 65 60)", "rotate(25,65,60)"])  # as older versions wrote it, and others
+def test_a_gradient_is_turned_once_with_its_form(turn: str) -> None:
+    text = (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="128" height="128" viewBox="0 0 128 128"><defs>'
+        '<linearGradient id="g1" gradientUnits="userSpaceOnUse" x1="20" y1="40" x2="120" y2="90">'
+        '<stop offset="0" stop-color="#c22"/><stop offset="1" stop-color="#06c"/></linearGradient></defs>'
+        f'<g><rect fill="url(#g1)" x="20" y="30" width="90" height="60" rx="10" transform="{turn}"/></g></svg>'
+    )
+    again = write_svg(read_svg(text).scene, 128, 128)
+    assert psnr(draw(again, 128, 128), draw(text, 128, 128)) > 45.0  # 37 if it is turned twice or not at all
 
 
 def test_a_minified_file_with_forms_is_read_exactly_and_has_short_words() -> None:

@@ -121,6 +121,37 @@ def test_strokes_stay_strokes_in_pdf() -> None:
     assert b"3.75 w" in text and b"1 J" in text and b"2 j" in text  # 5 px in points, round ends, cut-off corners
 
 
+LAYERS = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"
+ width="120" height="80" viewBox="0 0 120 80"><rect id="background" width="120" height="80" fill="#eed"/>
+<g id="red" inkscape:groupmode="layer" inkscape:label="1 red &#228;"><path fill="#d22" d="M10 10h60v50h-60z"/></g>
+<g id="blue" inkscape:groupmode="layer" inkscape:label="2 blue"><path fill="#22d" fill-opacity=".5"
+ d="M40 30h70v40h-70z"
+/></g></svg>"""
+
+
+def test_layers_are_those_of_the_pdf_and_look_the_same_together() -> None:
+    skip_without_cairo()
+    pikepdf = pytest.importorskip("pikepdf")
+    data = encode(LAYERS, "out.pdf")
+    pdf = pikepdf.open(BytesIO(data))
+    layers = pdf.Root.OCProperties.OCGs
+    assert [str(layer.Name) for layer in layers] == ["Background", "1 red \u00e4", "2 blue"]
+    assert pdf.pages[0].Contents.read_bytes().count(b"/OC") == len(layers)
+    assert [float(side) for side in pdf.pages[0].mediabox] == [0, 0, 90, 60]
+    assert encode(LAYERS, "out.pdf") == data
+    assert b"OCProperties" not in encode(SHAPES, "out.pdf")
+
+
+@pytest.mark.skipif(shutil.which("pdftocairo") is None, reason="poppler-utils is not installed")
+def test_poppler_draws_layers_as_resvg_does(tmp_path: Path) -> None:
+    skip_without_cairo()
+    (tmp_path / "a.pdf").write_bytes(encode(LAYERS, "a.pdf"))
+    command = ["pdftocairo", "-png", "-r", "96", "-singlefile", tmp_path / "a.pdf", tmp_path / "a"]
+    subprocess.run(command, check=True)
+    drawn = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    assert psnr(drawn, draw(LAYERS)) > 45.0
+
+
 USES = "".join(f'<g id="a{i}">{10 * f"""<use xlink:href="#a{i - 1}"/>"""}</g>' for i in range(1, 10))
 
 

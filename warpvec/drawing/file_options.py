@@ -42,11 +42,11 @@ class FileOptions:
 
     size: str | None = setting(
         None, Custom(_check_size, parse_text, "WIDTH", "90mm, 3in, 50%", "str"),
-        "Width: 90mm, also in, cm, pt, px or %; see --ppi.", RESULT, is_daily=True,
+        "Width: 90mm, also in, cm, pt, px, %; Qt, Skia: --ppi.", RESULT, is_daily=True,
     )  # fmt: skip
     """Width of the drawing with its unit, such as "90mm"; see `warpvec.svg.units.check_size`. None for its pixels."""
     purpose: str = setting(
-        "web", Choice(tuple(PURPOSES)), "What it is for, such as plain, android or pen.",
+        "web", Choice(tuple(PURPOSES)), "What it is for, such as plain, android, word or pen.",
         RESULT, flag="for", old_name="purpose",
     )  # fmt: skip
     """What the file is for, a key of `warpvec.purposes.table.PURPOSES`: it has only what programs for this show."""
@@ -69,7 +69,7 @@ class FileOptions:
 
     ppi: str = setting(
         "mm", Choice(("mm", "96", "72")),
-        "State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt takes mm at 90 dpi, sharp at 72.",
+        "State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt and Skia take mm at 90 dpi, sharp at 72.",
         RESULT,
     )  # fmt: skip
     """Unit of a size in real units: as given, or pixels of so many per inch, for programs that read no units.

@@ -153,9 +153,9 @@ class Keywords(TypedDict, total=False):
     replace_gap: int
     """Iterations from removing paths to adding as many, and until the next removal."""
     size: str | None
-    """Width: 90mm, also in, cm, pt, px or %; see --ppi."""
-    purpose: Literal["web", "plain", "print", "android", "font", "tiny", "pen", "cricut"]
-    """What it is for, such as plain, android or pen."""
+    """Width: 90mm, also in, cm, pt, px, %; Qt, Skia: --ppi."""
+    purpose: Literal["web", "plain", "word", "print", "android", "font", "tiny", "pen", "cricut"]
+    """What it is for, such as plain, android, word or pen."""
     trim: bool
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool
@@ -165,7 +165,7 @@ class Keywords(TypedDict, total=False):
     dxf_strokes: Literal["auto", "edges", "center"]
     """DXF: strokes as both edges, or for pens as the center lines."""
     ppi: Literal["mm", "96", "72"]
-    """State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt takes mm at 90 dpi, sharp at 72."""
+    """State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt and Skia take mm at 90 dpi, sharp at 72."""
     current_color: str | None
     """Give this colour (or the darkest) the page's text colour."""
     symbol: str | None

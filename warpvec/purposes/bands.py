@@ -1,7 +1,8 @@
 """Draw a path with a gradient by bands: paths of one colour each, cut along lines of equal colour.
 
-An opaque band reaches a little below the next one, so that no seam shows. Where one colour gets more opaque along the
-gradient, or less, bands lie on each other. Other translucent bands lie side by side.
+An opaque band reaches a little below the next one, so that no seam shows; one around the others fills their place too
+if that saves its inner edge. Where one colour gets more opaque along the gradient, or less, bands lie on each other.
+Other translucent bands lie side by side.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from warpvec.geometry.paints.registry import LINEAR, RADIAL
 from warpvec.geometry.quarter import QUARTER_HANDLE
 from warpvec.geometry.scene import Scene
 from warpvec.purposes.levels import STEP, opacities
-from warpvec.purposes.loops import loops_of, outline_of, polygon
+from warpvec.purposes.loops import loops_of, outline_of, polygon, short_numbers
 from warpvec.svg.foreign.color_ramps import elliptic_range, linear_range
 from warpvec.svg.foreign.shapes import Loop
 from warpvec.svg.foreign.skia import Combiner
@@ -50,12 +51,16 @@ class _Ramp(NamedTuple):
 
 
 class _Band(NamedTuple):
-    """Where t is from ``low`` to ``high``, None for no limit, in a colour with an opacity."""
+    """Where t is from ``low`` to ``high``, None for no limit, in a colour with an opacity.
+
+    ``is_below`` tells whether others are painted over all that is inside of it.
+    """
 
     low: float | None
     high: float | None
     color: Color
     opacity: float
+    is_below: bool = False
 
 
 def bands_of(one: Scene, width: float, height: float, combiner: Combiner) -> Scene:
@@ -72,6 +77,7 @@ def bands_of(one: Scene, width: float, height: float, combiner: Combiner) -> Sce
             outlines = [outline_of(loops, _color(mean), float(mean[3]), int(one.generation))]
             break
         if part and band.opacity > 0.0:
+            part = [loop._replace(points=short_numbers(loop.points, width, height)) for loop in part]
             outlines.append(outline_of(part, band.color, band.opacity, int(one.generation)))
     made = make_scene(outlines, None)
     return Scene(**{**vars(made), "background": one.background, "transparent": one.transparent})
@@ -117,9 +123,7 @@ def _bands(ramp: _Ramp) -> list[_Band]:
     shades, edges = ramp.shades, [None, *ramp.cuts.tolist(), None]
     opacity, colors = shades[:, 3], [_color(shade) for shade in shades]
     if (opacity > 1.0 - _SAME).all():
-        below = _OVERLAP / _extent(ramp)
-        highs = [None if high is None else high + below for high in edges[1:]]
-        return [_Band(low, high, color, 1.0) for low, high, color in zip(edges[:-1], highs, colors, strict=True)]
+        return _opaque_bands(ramp, edges, colors)
     is_even = bool(np.ptp(shades[opacity > 0.0, :3], axis=0).max() <= _SAME)
     if is_even and (np.diff(opacity) >= 0.0).all():
         rising = opacities(opacity.tolist())
@@ -130,6 +134,17 @@ def _bands(ramp: _Ramp) -> list[_Band]:
             _Band(None, high, color, each) for high, color, each in zip(edges[:0:-1], colors[::-1], rising, strict=True)
         ]
     return [_Band(*each) for each in zip(edges[:-1], edges[1:], colors, opacity.tolist(), strict=True)]
+
+
+def _opaque_bands(ramp: _Ramp, edges: list[float | None], colors: list[Color]) -> list[_Band]:
+    """Return bands that reach below the next one: along a line the one behind it, of discs the one around it."""
+    below = _OVERLAP / _extent(ramp)
+    lows, highs = edges[:-1], edges[1:]
+    if ramp.kind == LINEAR:
+        highs = [None if high is None else high + below for high in highs]
+        return [_Band(low, high, color, 1.0) for low, high, color in zip(lows, highs, colors, strict=True)]
+    lows = [None if low is None or low <= below else low - below for low in lows]
+    return [_Band(low, high, color, 1.0, True) for low, high, color in zip(lows, highs, colors, strict=True)][::-1]
 
 
 def _extent(ramp: _Ramp) -> float:
@@ -144,7 +159,9 @@ def _cut(loops: list[Loop], band: _Band, ramp: _Ramp, one: Scene, combiner: Comb
     """Return the part of a shape where t is that of a band; None if it cannot be told."""
     found: list[Loop] | None = loops
     if band.low is not None and found:
-        found = combiner.without(found, [_up_to(band.low, ramp, one)])
+        inner = [_up_to(band.low, ramp, one)]
+        is_covered = band.is_below and combiner.without(inner, loops) == []
+        found = found if is_covered else combiner.without(found, inner)
     if band.high is not None and found:
         found = combiner.common(found, [_up_to(band.high, ramp, one)])
     return found

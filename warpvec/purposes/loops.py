@@ -25,6 +25,14 @@ def outline_of(loops: list[Loop], color: Color, opacity: float, generation: int)
     return Outline(points, color, opacity, generation, tuple(len(loop.is_line) for loop in loops), is_line)
 
 
+def short_numbers(points: Floats, width: float, height: float) -> Floats:
+    """Return ``points`` with as few decimals as a canvas of ``width`` x ``height`` needs for a 2000th of its side.
+
+    Bands and rings are many, and a file is read in bytes.
+    """
+    return np.round(points, 1 if max(width, height) >= 200.0 else 2)
+
+
 def polygon(corners: Floats) -> Loop:
     """Return the loop of lines between ``corners`` [K, 2]."""
     following = np.roll(corners, -1, axis=0)

@@ -13,12 +13,16 @@ from warpvec.geometry.forms.form import ANGLE
 from warpvec.geometry.forms.registry import CIRCLE
 from warpvec.geometry.paints.registry import ELLIPTIC, FLAT
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.strokes import Strokes
 from warpvec.purposes.bands import bands_of
 from warpvec.purposes.one_shape import one_shape
 from warpvec.purposes.rings import rings_of
 from warpvec.purposes.table import Purpose
 from warpvec.svg.foreign.skia import Combiner
 from warpvec.svg.stroke_outlines import without_strokes
+
+PEN_WIDTH = 1.0
+"""Width in pixels of the strokes that stand for fills: it is only for the screen, as a pen has its own."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,9 @@ def replaced(scene: Scene, purpose: Purpose, width: float, height: float, thread
     if purpose.is_one_color:
         scene = one_shape(scene, width, height)
         words.append("all colours as one black shape")
+    if not purpose.has_fills:
+        scene, count = _with_pens(scene)
+        words += [f"{counted(count, 'filled path')} as their outlines"] if count else []
     if not purpose.has_ground and not scene.transparent:
         scene = replace(scene, background=torch.zeros(3), transparent=True)
         words.append("no background")
@@ -129,6 +136,17 @@ def _with_means(scene: Scene) -> Scene:
     is_flat = scene.gradients.kind == FLAT
     opacity = scene.opacity * torch.where(is_flat, 1.0, (stops.opacity * weight).sum(1))
     return replace(scene, color=torch.where(is_flat[:, None], scene.color, color), opacity=opacity, gradients=None)
+
+
+def _with_pens(scene: Scene) -> tuple[Scene, int]:
+    """Return ``scene`` with thin strokes in place of fills, and the number of these.
+
+    vpype takes the colour of a pen from strokes alone.
+    """
+    strokes = Strokes.none(scene.color) if scene.strokes is None else scene.strokes
+    is_filled = ~strokes.is_stroked
+    width = torch.where(is_filled, PEN_WIDTH, strokes.width)
+    return replace(scene, strokes=replace(strokes, width=width)), int(is_filled.sum())
 
 
 def _without_turns(scene: Scene) -> Scene:

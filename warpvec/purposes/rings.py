@@ -12,9 +12,10 @@ from contourpy import contour_generator
 
 from warpvec.arrays import Floats
 from warpvec.geometry.bezier import path_boxes
-from warpvec.geometry.loops import Outline, make_scene
+from warpvec.geometry.loops import make_scene
 from warpvec.geometry.scene import Scene
 from warpvec.purposes.levels import STEP, opacities
+from warpvec.purposes.loops import outline_of, short_numbers
 from warpvec.purposes.smooth_curves import smooth_curve
 from warpvec.rendering.draw import draw_exactly
 
@@ -53,15 +54,15 @@ def rings_of(one: Scene, width: float, height: float, threads: int | None = None
     levels = [peak * (number - 0.5) / count for number in range(1, count + 1)]
     shown = opacities([total * peak * number / count for number in range(1, count + 1)])
     lines = contour_generator(z=np.pad(field, 1))
-    outlines = []
+    red, green, blue = one.color[0].tolist()
+    color, outlines = (red, green, blue), []
     for level, opacity in zip(levels, shown, strict=True):
         tolerance = _CLOSE * _EDGE * sigma / count
         closed = _closed(lines.lines(level))
-        points = [smooth_curve(line / scale + (left, top), tolerance) for line in closed]
-        if points and opacity > 0.0:
-            counts = tuple(len(loop) // 3 for loop in points)
-            color = tuple(one.color[0].tolist())
-            outlines.append(Outline(np.concatenate(points), color, opacity, int(one.generation), counts))
+        loops = [smooth_curve(line / scale + (left, top), tolerance) for line in closed]
+        loops = [loop._replace(points=short_numbers(loop.points, width, height)) for loop in loops]
+        if loops and opacity > 0.0:
+            outlines.append(outline_of(loops, color, opacity, int(one.generation)))
     made = make_scene(outlines, None)
     same = torch.zeros(len(made), dtype=torch.long)
     paints = None if one.gradients is None else one.gradients.map(lambda values: values[same])

@@ -26,10 +26,12 @@ class Purpose:
         has_forms: whether circles, ellipses and rectangles are elements of their own.
         has_turns: whether these may be turned by a transform.
         has_strokes: whether paths may be strokes.
+        has_fills: whether paths may be filled. Else they are strokes of their outlines, thin and in their colours.
         has_arcs: whether path data may have arcs of circles.
         has_ground: whether the file has a rectangle of the background.
         has_groups: whether a group may state the opacity of its paths, or be a symbol.
         is_one_color: whether the file is one black shape.
+        has_picture: whether `warpvec run` writes a PNG beside the file, for programs that show no SVG.
         per_inch: pixels per inch in which a size in real units is stated; None for its unit.
         profile: attributes of the root, with a space before each.
     """
@@ -42,10 +44,12 @@ class Purpose:
     has_forms: bool = True
     has_turns: bool = True
     has_strokes: bool = True
+    has_fills: bool = True
     has_arcs: bool = True
     has_ground: bool = True
     has_groups: bool = True
     is_one_color: bool = False
+    has_picture: bool = False
     per_inch: float | None = None
     profile: str = ""
 
@@ -74,13 +78,17 @@ PRINT = Purpose("print, PDF and EPS", has_blur=False)
 ANDROID = Purpose("Android", has_blur=False, has_ellipses=False, has_forms=False, has_groups=False)
 """What a VectorDrawable can state."""
 
+_PLAIN = Purpose(
+    "PDF chains, Office, games", has_blur=False, has_gradients=False, has_forms=False, has_arcs=False, has_groups=False
+)
+"""What every program draws alike. WeasyPrint draws arcs of circles beside their place."""
+
 _CUT = Purpose("machines", has_blur=False, has_gradients=False, has_shades=False, has_ground=False, has_groups=False)
 
 PURPOSES: Mapping[str, Purpose] = {
     "web": WEB,
-    "plain": Purpose(
-        "PDF chains, Office, games", has_blur=False, has_gradients=False, has_forms=False, has_groups=False
-    ),
+    "plain": _PLAIN,
+    "word": replace(_PLAIN, help="Word and Office, with a PNG beside", has_picture=True),
     "print": PRINT,
     "android": ANDROID,
     "font": replace(_CUT, help="fonts: one black shape", has_forms=False, has_strokes=False, is_one_color=True),
@@ -88,7 +96,7 @@ PURPOSES: Mapping[str, Purpose] = {
         "SVG Tiny 1.2", has_blur=False, has_ellipses=False, has_arcs=False,
         profile=' version="1.2" baseProfile="tiny"',
     ),
-    "pen": replace(_CUT, help="plotters, by vpype"),
+    "pen": replace(_CUT, help="plotters, by vpype: outlines", has_fills=False),
     "cricut": replace(_CUT, help="Cricut Design Space: 72 px an inch", has_turns=False, per_inch=72.0),
 }  # fmt: skip
 """Name -> purpose."""

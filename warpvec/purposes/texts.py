@@ -14,7 +14,7 @@ from warpvec.svg.units import in_pixels_of, stated_size
 from warpvec.svg.write import write_svg
 
 _PRECISION = 2
-"""Decimals of the coordinates of drawings of other programs."""
+"""Fewest decimals of coordinates where a unit is a pixel: a form with whole sides has an outline of other numbers."""
 
 
 class Fitted(NamedTuple):
@@ -43,12 +43,12 @@ def text_for(text: str, purpose: Purpose) -> Fitted:
     if sides is not None and purpose.per_inch is not None:
         sides = in_pixels_of(sides, purpose.per_inch)
     options: dict[str, Any] = {"has_arcs": purpose.has_arcs, "profile": purpose.profile}
-    options["precision"] = _PRECISION if loaded.precision is None else loaded.precision
     if loaded.minified:
-        sides = sides or (str(width), str(height))
-        made = write_minified(scene, width, height, sides, has_groups=purpose.has_groups, **options)
+        options |= {"precision": loaded.precision, "has_groups": purpose.has_groups}
+        made = write_minified(scene, width, height, sides or (str(width), str(height)), **options)
     else:
         title, metadata = description_of(text.encode())
+        precision = max(loaded.precision or 0, _PRECISION)
         options |= {"title": title, "metadata": metadata, "layer_names": loaded.layer_names}
-        made = write_svg(scene, width, height, sides=sides, **options)
+        made = write_svg(scene, width, height, precision=precision, sides=sides, **options)
     return Fitted(made, found.words)

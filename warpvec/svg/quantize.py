@@ -72,16 +72,16 @@ def quantize(scene: Scene, precision: int) -> Scene:
     Handles are rounded more coarsely than anchors (to 0.1 px at two decimals), relative to the start of their segment.
     This saves 9 % of the file at 512 paths and costs 0.003 dB: a handle moves its curve by at most 4/9 of its own move.
     A path whose points all have ``precision`` decimals already keeps them. Handles of lines are at thirds. Of a path
-    with a form, the numbers of the form are rounded, and its rows follow. A soft form that is turned becomes an
-    outline: programs blur an element wrongly, or not at all, that has a transform too. Paths whose opacity rounds to 0,
-    and strokes whose width does, are removed, as in the file. Quantizing twice changes nothing more. Device and dtype
-    are kept, derivatives are not.
+    with a form, the numbers of the form are rounded, and its rows follow. A turned form that is soft or has a gradient
+    becomes an outline: programs blur an element wrongly, or not at all, that has a transform too, which would also turn
+    the gradient. Paths whose opacity rounds to 0, and strokes whose width does, are removed, as in the file. Quantizing
+    twice changes nothing more. Device and dtype are kept, derivatives are not.
 
     Raises:
         ValueError: the paths are not cubic, a value is not finite (except for the ends of a gradient, which then
             shows its end colour), or a coordinate is 2**53 units of the last decimal or more.
     """
-    scene = _without_soft_turns(_with_needed_gradients(_without_far_gradients(scene.detach())))
+    scene = _without_painted_turns(_with_needed_gradients(_without_far_gradients(scene.detach())))
     _check(scene, precision)
     quantized = replace(
         scene,
@@ -247,15 +247,19 @@ def _with_one_opacity(scene: Scene) -> Scene:
     return replace(scene, opacity=opacity, gradients=replace(gradients, stops=replace(stops, opacity=of_stops)))
 
 
-def _without_soft_turns(scene: Scene) -> Scene:
-    """Return ``scene`` with outlines in place of forms that are soft and turned."""
-    if scene.forms is None or scene.softness is None:
+def _without_painted_turns(scene: Scene) -> Scene:
+    """Return ``scene`` with outlines in place of turned forms that are soft or have a gradient."""
+    if scene.forms is None or (scene.softness is None and scene.gradients is None):
         return scene
     angle = rounded(torch.rad2deg(scene.forms.parameters[:, ANGLE]), 10**ANGLE_DECIMALS)
-    is_turned = torch.zeros_like(scene.forms.is_form)
+    is_painted, is_turned = torch.zeros_like(scene.forms.is_form), torch.zeros_like(scene.forms.is_form)
+    if scene.softness is not None:
+        is_painted |= scene.softness.is_soft
+    if scene.gradients is not None:
+        is_painted |= scene.gradients.kind != FLAT
     for _, form, paths in scene.forms.groups():
         is_turned[paths] = form.turns and angle[paths] != 0.0
-    return replace(scene, forms=scene.forms.without(scene.softness.is_soft & is_turned))
+    return replace(scene, forms=scene.forms.without(is_painted & is_turned))
 
 
 def _rounded_softness(softness: Softness | None) -> Softness | None:

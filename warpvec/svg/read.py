@@ -229,6 +229,7 @@ def _own_outline(path: _OwnPath, decimals: int, definitions: _Definitions) -> Ou
     color, gradient = gradients[paint] if paint in gradients else (_own_color(path.element, role), None)
     _expect(_OWN_OPACITY.fullmatch(path.opacity) is not None)
     if gradient is not None:
+        _expect("transform" not in path.element.attrib)  # older versions wrote it; it turns the gradient too
         path, gradient = _with_one_opacity(path, gradient)
     if name == "path":
         outline = _own_loops(path, color, decimals)

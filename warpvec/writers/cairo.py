@@ -69,7 +69,10 @@ def _in_points(svg: str) -> str:
     scene = loaded.scene.scaled(across / loaded.width, down / loaded.height)
     width, height = round(across, _DECIMALS), round(down, _DECIMALS)
     title, _ = description_of(svg.encode())
-    return write_svg(scene, width, height, precision=_DECIMALS, title=title, sides=(f"{width}pt", f"{height}pt"))
+    return write_svg(
+        scene, width, height, precision=_DECIMALS, title=title, sides=(f"{width}pt", f"{height}pt"),
+        layer_names=loaded.layer_names,
+    )  # fmt: skip
 
 
 def writer(suffix: str, media_type: str, method: str, files: int = 0) -> Writer:

@@ -22,6 +22,7 @@ from warpvec.config.presets import PRESETS
 from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.goals.goal import refuse_states
+from warpvec.purposes.table import PURPOSES
 from warpvec.writers.registry import usual_settings, writer_of
 
 if TYPE_CHECKING:
@@ -171,6 +172,9 @@ def _fit(
         except (OSError, InputError, click.ClickException) as error:
             failure = error
         recorder.end(result)
+    if PURPOSES[options["purpose"]].has_picture and out != "-" and failure is None:
+        picture = f"{out}.png"  # a name of its own, as IN may be a PNG of the same stem
+        SideFile(f"--for {options['purpose']}").attempt(write_atomic, picture, result.encoded(picture))
     if options["why"] is not None:
         lines = "".join(f"{decision.line()}\n" for decision in decisions)
         SideFile("--why").attempt(write_atomic, options["why"], lines.encode())
