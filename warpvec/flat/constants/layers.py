@@ -123,6 +123,10 @@ class LayerConstants:
     enclosed_max: int = 6
     """Pixels of anything else that may lie between a hidden border and its simple form: those that touch its ends."""
 
+    border_smoothing: int = 9
+    """Points of a hidden border, about a pixel apart, whose mean replaces each of them, so that steps of pixels
+    vanish."""
+
     link_samples: int = 64
     """Points of such a line that must lie beneath the layers above."""
 

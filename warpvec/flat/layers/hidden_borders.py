@@ -19,7 +19,7 @@ def with_simple_hidden_borders(loop: Floats, is_hidden: Mask, cover: Cover) -> F
     if not runs:
         return loop
     if len(runs) == 1 and runs[0][1] - runs[0][0] >= len(loop):
-        return loop
+        return _smoothed(np.concatenate([loop, loop[:1]]))[:-1]
     shown = []
     for (_, start), stop in zip(runs, [*(first for first, _ in runs[1:]), runs[0][0] + len(loop)], strict=True):
         shown.append(_extended(loop[np.arange(start, stop) % len(loop)], cover))
@@ -65,11 +65,21 @@ def _extended_end(shown: Floats, cover: Cover) -> Floats:
 
 
 def _border(path: Floats, cover: Cover) -> Floats:
-    """Return a border from the first to the last point of a hidden ``path`` [n, 2]: a few lines, if they do."""
+    """Return a simple border from the first to the last point of a hidden ``path`` [n, 2]: few lines, or smooth."""
     if len(path) <= 2:
         return path
     simple = _fewest_links(path, cover)
-    return simple if len(simple) - 1 <= LAYERS.links_max else path
+    return simple if len(simple) - 1 <= LAYERS.links_max else _smoothed(path)
+
+
+def _smoothed(path: Floats) -> Floats:
+    """Return ``path`` [n, 2] without the steps of pixels; its ends stay."""
+    window = LAYERS.border_smoothing
+    ends = [np.repeat(path[place][None], window // 2, 0) for place in (0, -1)]
+    padded = np.concatenate([ends[0], path, ends[1]])
+    sums = np.cumsum(np.concatenate([np.zeros((1, 2)), padded]), 0)
+    means = (sums[window:] - sums[:-window]) / window
+    return np.concatenate([path[:1], means[1:-1], path[-1:]])
 
 
 def _fewest_links(path: Floats, cover: Cover) -> Floats:
