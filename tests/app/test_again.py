@@ -71,6 +71,15 @@ def test_free_paths_move_to_the_picture_and_locked_ones_stay() -> None:
     assert paths[1] == "M9 9h21v21h-21z"
 
 
+def test_a_file_says_that_its_drawing_was_edited_before_it_was_fitted_again_or_cut_out() -> None:
+    stated = '<metadata>{"generator": "warpvec 1", "edited": true}</metadata>'
+    for text, is_edited in ((svg(PAPER, TRUE), False), (svg(stated, PAPER, TRUE), True)):
+        fitted, _ = again(start=text)
+        job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings({"mode": "flat"}), start=text, cuts=True)
+        cut = run_job(job, lambda kind, facts: None, Watch(), 1)["svg"]
+        assert ['"edited":true' in each.replace(" ", "") for each in (fitted, cut)] == [is_edited] * 2
+
+
 def test_what_the_user_has_recoloured_is_not_fitted_back() -> None:
     before = svg(PAPER, square(9, 21, "#e04020"))
     edited = svg(PAPER, square(9, 21, "#20c040"))
