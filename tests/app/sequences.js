@@ -46,7 +46,7 @@ const EDITS = [
 const isIdle = () => $("stop").disabled && !view.state.live && !/Starting|Drawing|Stopping/.test($("fit-status").textContent);
 
 async function until(isTrue, what) {
-  const end = performance.now() + 60_000;
+  const end = performance.now() + 240_000;
   while (!isTrue()) {
     if (performance.now() > end) throw new Error(`waited for ${what} in vain: ${$("fit-status").textContent}, ${JSON.stringify(view.state)}`);
     await pause(5);

@@ -27,7 +27,7 @@ from warpvec.modes.photo import Photo
 from warpvec.modes.refine import ITERATIONS, with_drawing_settings
 from warpvec.modes.request import Request
 from warpvec.modes.restored import Restoration
-from warpvec.polish.edited import Edited, fit_again, noted_edits
+from warpvec.polish.edited import BY_HAND, Edited, fit_again
 from warpvec.polish.erasing import erase, hole_of, wanted_picture
 from warpvec.result import Result
 from warpvec.svg.measure import file_facts, file_quality
@@ -102,7 +102,7 @@ def _cut_facts(job: FitJob, pixels: NDArray[np.float32], watch: Watch) -> dict[s
     data = job.start.encode()
     given, request = read_drawing(data), _request(job, pixels, job.settings.config("flat"), watch)
     encoding = encoding_like(given, data, request.encoding.of_drawing())
-    encoding = replace(encoding, title=request.picture.title, metadata=noted_edits(data, encoding.settings))
+    encoding = replace(encoding, title=request.picture.title, metadata=encoding.metadata or BY_HAND)
     start = place_on_picture(given, request.picture).scaled(*request.picture.reduction)
     drawing = cut_out(Drawing.of(start, encoding, "cpu"), watch)
     lost = [words for name, words in not_kept(drawing).items() if name in LOST_BY_CUTTING]

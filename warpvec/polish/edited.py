@@ -10,8 +10,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.config.fit_config import FitConfig
-from warpvec.config.stated import stated_settings
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.drawing.given import encoding_like, place_on_picture, read_drawing
@@ -22,9 +20,11 @@ from warpvec.geometry.joints import with_lines
 from warpvec.geometry.scene import Scene, over_white
 from warpvec.polish.erasing import hole_of
 from warpvec.polish.whole_drawing import polish_drawing
-from warpvec.svg.description import description_of
 from warpvec.svg.measure import file_facts
 from warpvec.watch.watch import Watch
+
+BY_HAND: dict[str, Any] = {"edited": True}
+"""What a file states that goes on from a drawing without settings; from others, it has theirs."""
 
 ITERATIONS = 300
 """Most iterations. A drawing whose edits are small ends earlier."""
@@ -88,19 +88,9 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
     precision = settings.precision if given.precision is None else given.precision
     settings = replace(settings, curves=max(1, len(scene)), precision=precision)
     encoding = encoding_like(given, data, replace(usual, settings=settings))
-    encoding = replace(encoding, title=picture.title, metadata=noted_edits(data, settings))
+    encoding = replace(encoding, title=picture.title, metadata=encoding.metadata or BY_HAND)
     held = locked if bool(locked.any()) else None
     return polish_drawing(scene, encoding, watch, ITERATIONS, locked=held, exact=not edited.is_photo), locked
-
-
-def noted_edits(data: bytes, settings: FitConfig) -> dict[str, Any] | None:
-    """Return what a file states that goes on from the drawing ``data``: its ``settings``, and that it was edited.
-
-    Returns:
-        None if the drawing does not say so: then a file states its settings alone.
-    """
-    _, metadata = description_of(data)
-    return {**stated_settings(settings), "edited": True} if metadata and metadata.get("edited") else None
 
 
 def _locked(edited: Edited, count: int) -> Tensor:
