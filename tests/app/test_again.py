@@ -91,9 +91,10 @@ def test_a_drawing_that_is_fitted_again_or_cut_out_states_the_settings_of_the_on
 def test_what_the_user_has_recoloured_is_not_fitted_back() -> None:
     before = svg(PAPER, square(9, 21, "#e04020"))
     edited = svg(PAPER, square(9, 21, "#20c040"))
-    text, _ = again(start=edited, before=before)
-    assert np.abs(np.subtract(color_at(text, 20, 20), (0x20, 0xC0, 0x40))).max() <= 2
-    assert np.abs(np.subtract(color_at(text, 5, 5), (0x30, 0x60, 0xA0))).max() <= 2
+    for known in (before, edited):  # the second one was recoloured before it was saved and opened
+        text, _ = again(start=edited, before=known)
+        assert np.abs(np.subtract(color_at(text, 20, 20), (0x20, 0xC0, 0x40))).max() <= 2
+        assert np.abs(np.subtract(color_at(text, 5, 5), (0x30, 0x60, 0xA0))).max() <= 2
 
 
 def test_paths_beside_a_locked_one_adapt_to_the_picture() -> None:

@@ -29,6 +29,7 @@ from warpvec.modes.request import Request
 from warpvec.modes.restored import Restoration
 from warpvec.polish.edited import BY_HAND, Edited, fit_again
 from warpvec.polish.erasing import erase, hole_of, wanted_picture
+from warpvec.polish.recoloured import in_colors_of
 from warpvec.result import Result
 from warpvec.svg.measure import file_facts, file_quality
 from warpvec.svg.write import runs_of
@@ -79,7 +80,8 @@ def run_job(
         return _cut_facts(job, given, watch)
     if job.start is not None and job.keeps_paths:
         if job.before is not None:
-            pixels = wanted_picture(pixels, job.before, job.start, hole)
+            before = job.before if mode == "photo" else in_colors_of(pixels, job.before)
+            pixels = wanted_picture(pixels, before, job.start, hole)
         drawing = _fit_again(job, pixels, mode, threads, watch)
     elif mode == "photo":
         drawing = _photo(job, pixels, threads, watch)
