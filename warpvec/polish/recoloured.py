@@ -25,7 +25,7 @@ _PRECISION = 2
 
 
 def in_colors_of(photo: Pixels, text: str) -> str:
-    """Return the SVG ``text`` with its opaque paths of one colour in the colours that ``photo`` [h, w, 3 or 4] has there.
+    """Return the SVG ``text`` with its opaque paths of one colour in the colours that ``photo`` [h, w, c] has there.
 
     Only those change that differ from the median of the pixels where they are seen. So what the user has recoloured is
     told from what a fit has drawn, also after the drawing was saved and opened again.
