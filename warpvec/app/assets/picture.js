@@ -18,6 +18,8 @@ export class PagePicture {
   mode = null;
   reason = null;
   message = "";
+  // What its fit is doing, in words.
+  stage = "";
   // The present drawing of a running fit.
   frame = null;
   // The image to compare with.
