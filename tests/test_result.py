@@ -17,6 +17,7 @@ from PIL import Image
 from short_fits import Photo, vectorize_briefly
 
 import warpvec
+from warpvec.drawing.drawing import Drawing
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.softness import Softness
 from warpvec.image.metrics import psnr
@@ -157,14 +158,12 @@ def test_save_writes_the_picture_of_the_file_as_a_png(photo: Photo, tmp_path: Pa
 
 
 @pytest.mark.usefixtures("quick_fit")
-def test_save_warns_of_soft_paths_that_a_file_draws_sharp(
-    photo: Photo, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_save_warns_of_soft_paths_that_a_file_draws_sharp(photo: Photo, tmp_path: Path) -> None:
     pytest.importorskip("ezdxf")
     result = vectorize_briefly(photo)
     soft = replace(result.scene, softness=Softness(torch.ones(len(result.scene))))
-    monkeypatch.setattr(type(result), "scene", soft)
-    with pytest.warns(UserWarning, match=rf"\.dxf has no blur, .*: {len(soft)}; fit with soft=0"):
+    result = result.with_drawing(Drawing.of(soft, result.encoding, "cpu"))
+    with pytest.warns(UserWarning, match=rf"^not kept in \.dxf: the blur of {len(soft)} soft paths$"):
         result.save(tmp_path / "drawing.dxf")
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -33,6 +33,7 @@ from warpvec.svg.write import hex_colors
 from warpvec.watch.progress import HistoryEntry
 from warpvec.watch.watch import RunFacts
 from warpvec.writers.registry import PAGE_SUFFIXES, SVG_SUFFIXES, check_suffix, encode, writer_of
+from warpvec.writers.saved import Saved, losses, saved
 from warpvec.writers.writer import Canvas, Target
 
 __all__ = ["Result"]
@@ -134,20 +135,19 @@ class Result:
         the given picture. ``.pdf`` and ``.eps`` are for print, ``.dxf`` is for cutters,
         and ``.jsx`` is a React component.
 
-        ``.pdf`` and ``.eps`` have rings of sharp paths in place of a soft path. ``.dxf`` has no blur: a warning says
-        how many soft paths it draws sharp. A drawing that was made with ``soft=0`` has none. It has both edges of a
-        stroke, or its centre line (``dxf_strokes``).
+        ``.pdf`` and ``.eps`` have rings of sharp paths in place of a soft path, and ``.dxf`` draws it sharp. A warning
+        says so, as for all that the file draws by other means or not at all. A drawing that was made with ``soft=0``
+        has no soft path. ``.dxf`` has both edges of a stroke, or its centre line (``dxf_strokes``).
 
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
         """
         check_suffix(path, "path")
         check_writable(path, "path")
-        write_atomic(path, self.encoded(path))
-        writer, soft_count = writer_of(path), self.scene.soft_count
-        if soft_count and not writer.draws_blur:
-            lost = f"{writer.suffix} has no blur, and soft paths are sharp in it: {soft_count}"
-            warnings.warn(f"{lost}; fit with soft=0 for a drawing without them", stacklevel=2)
+        made = self.file(path)
+        write_atomic(path, made.data)
+        for loss in made.losses:
+            warnings.warn(loss, stacklevel=2)
 
     def encoded(self, path: str | os.PathLike[str]) -> bytes:
         """Return the bytes of the drawing as a file called ``path``.
@@ -155,10 +155,25 @@ class Result:
         Raises:
             InputError: what the kind of file needs is missing.
         """
+        return self.file(path).data
+
+    def file(self, path: str | os.PathLike[str]) -> Saved:
+        """Return the bytes of the drawing as a file called ``path``, and what this file draws by other means or not.
+
+        Raises:
+            InputError: what the kind of file needs is missing.
+        """
+        name, options = os.fspath(path), self.encoding.options
+        if options.purpose == "web":
+            return saved(self._text_of(name), name, self.target)
+        words = losses(name, options.purpose, self.drawing.replaced, self.scene.soft_count)
+        return Saved(encode(self._text_of(name), name, self.target), words)
+
+    def _text_of(self, path: str) -> str:
         suffix = writer_of(path).suffix
         if suffix in SVG_SUFFIXES:
-            return encode(self.svg(), path)
-        return encode(self._text_for_pages() if suffix in PAGE_SUFFIXES else self.drawing.text, path, self.target)
+            return self.svg()
+        return self._text_for_pages() if suffix in PAGE_SUFFIXES else self.drawing.text
 
     @property
     def canvas(self) -> Canvas:

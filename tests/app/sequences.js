@@ -46,7 +46,7 @@ const EDITS = [
 const isIdle = () => $("stop").disabled && !view.state.live && !/Starting|Drawing|Stopping/.test($("fit-status").textContent);
 
 async function until(isTrue, what) {
-  const end = performance.now() + 60_000;
+  const end = performance.now() + 240_000;
   while (!isTrue()) {
     if (performance.now() > end) throw new Error(`waited for ${what} in vain: ${$("fit-status").textContent}, ${JSON.stringify(view.state)}`);
     await pause(5);
@@ -61,9 +61,9 @@ async function fitting(act) {
   await until(isIdle, "the end of a fit");
 }
 
-/** What the user has done, as plain data that outlives the page: the commands done and undone, whether the drawing is cut
- * out, and what was wrong. */
-const newModel = () => ({ done: [], undone: [], isCut: false, faults: [] });
+/** What the user has done, as plain data that outlives the page: the commands done and undone, the edits that the drawing
+ * had when it was opened, whether it is cut out, and what was wrong. */
+const newModel = () => ({ done: [], undone: [], opened: [], isCut: false, faults: [] });
 
 function push(model, command) {
   model.done.push({ ...command, cutBefore: model.isCut });
@@ -71,12 +71,19 @@ function push(model, command) {
   if ("isCut" in command) model.isCut = command.isCut;
 }
 
-const editsIn = ({ done }) => new Set(done.flatMap(({ edit }) => edit ?? []));
+const editsIn = ({ done, opened }) => new Set([...opened, ...done.flatMap(({ edit }) => edit ?? [])]);
+
+/** Keeps the drawing if the page asks, as it may where the picture is drawn again in place of edits of an opened file. */
+function keepsOwn({ opened, isCut }) {
+  if ($("proposal").hidden || !opened.length || !isCut) return false;
+  $("keep-mine").click();
+  return true;
+}
 
 const STEPS = {
   setting: async (model) => {
     await fitting(() => $("set-cutout").click());
-    push(model, { isCut: !model.isCut });
+    if (!keepsOwn(model)) push(model, { isCut: !model.isCut });
   },
   fit: async (model) => {
     await fitting(() => $("fit-again").click());
@@ -122,7 +129,7 @@ const STEPS = {
         if (!$("fit-status").textContent.startsWith("Stopping")) model.faults.push("Stop does not say so at once");
       }, 1);
     });
-    if (app.commands.done.length > count) push(model, { isCut: !model.isCut });
+    if (!keepsOwn(model) && app.commands.done.length > count) push(model, { isCut: !model.isCut });
   },
 };
 

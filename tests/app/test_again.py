@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from io import BytesIO
@@ -19,6 +20,7 @@ from warpvec.errors import InputError
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.request import Request
 from warpvec.polish.erasing import erase, hole_of
+from warpvec.svg.description import description_of
 from warpvec.svg.measure import draw
 from warpvec.watch.watch import Watch
 
@@ -71,12 +73,28 @@ def test_free_paths_move_to_the_picture_and_locked_ones_stay() -> None:
     assert paths[1] == "M9 9h21v21h-21z"
 
 
+def test_a_drawing_that_is_fitted_again_or_cut_out_states_the_settings_of_the_one_before() -> None:
+    for stated in (
+        {"mode": "flat", "cutout": True},
+        {"mode": "flat", "cutout": True, "edited": True},
+        {"edited": True},
+    ):
+        words = json.dumps({"generator": "warpvec 0", **stated})
+        text = svg(f"<metadata>{words}</metadata>" if "mode" in stated else "", PAPER, TRUE)
+        fitted, _ = again(start=text)
+        job = FitJob(1, picture(PAPER, TRUE), "x", FitSettings({"mode": "flat"}), start=text, cuts=True)
+        cut = run_job(job, lambda kind, facts: None, Watch(), 1)["svg"]
+        assert description_of(fitted.encode())[1].items() >= stated.items()
+        assert description_of(cut.encode())[1].items() >= {**stated, "cutout": True}.items()
+
+
 def test_what_the_user_has_recoloured_is_not_fitted_back() -> None:
     before = svg(PAPER, square(9, 21, "#e04020"))
     edited = svg(PAPER, square(9, 21, "#20c040"))
-    text, _ = again(start=edited, before=before)
-    assert np.abs(np.subtract(color_at(text, 20, 20), (0x20, 0xC0, 0x40))).max() <= 2
-    assert np.abs(np.subtract(color_at(text, 5, 5), (0x30, 0x60, 0xA0))).max() <= 2
+    for known in (before, edited):  # the second one was recoloured before it was saved and opened
+        text, _ = again(start=edited, before=known)
+        assert np.abs(np.subtract(color_at(text, 20, 20), (0x20, 0xC0, 0x40))).max() <= 2
+        assert np.abs(np.subtract(color_at(text, 5, 5), (0x30, 0x60, 0xA0))).max() <= 2
 
 
 def test_paths_beside_a_locked_one_adapt_to_the_picture() -> None:

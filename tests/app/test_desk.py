@@ -166,6 +166,18 @@ def test_pages_see_their_own_pictures_and_behind_ones_only_the_newest_frame(serv
     assert ("frame", 3) in [(name, facts.get("iteration")) for name, facts in server.events(again, 3)]
 
 
+def test_a_page_that_is_loaded_again_hears_what_the_running_fit_does(server: Server) -> None:
+    server.report("ready")
+    fit(server, add(server))
+    for words in ("looking for shadows", "joining curves"):
+        server.report("stage", 1, words=words)
+    events = server.events(server.act(lambda: server.desk.watch("a")), 4)
+    assert [facts["words"] for name, facts in events if name == "stage"] == ["joining curves"]
+    server.report("done", 1, **DONE)
+    events = server.events(server.act(lambda: server.desk.watch("a")), 4)
+    assert "stage" not in [name for name, _ in events] and "done" in [name for name, _ in events]
+
+
 def test_pictures_of_a_closed_page_are_forgotten(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "FORGET_SECONDS", 0.0)
     server.report("ready")

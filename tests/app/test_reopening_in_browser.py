@@ -29,6 +29,15 @@ DELETE = """(color) => {
 }"""
 
 
+NOTE_HELLO = """
+const add = EventSource.prototype.addEventListener;
+EventSource.prototype.addEventListener = function (kind, act) {
+    add.call(this, kind, (event) => (act(event), kind === "hello" && (window.hasMet = true)));
+};
+"""
+"""Notes that the server has said hello, and that the page has heard it."""
+
+
 def closeness(one: str, two: str) -> float:
     """Return the PSNR of two drawings of the logo over white, as resvg draws them."""
     drawn = [draw(text, 480, 320)[..., :3] / np.float32(255.0) for text in (one, two)]
@@ -43,15 +52,9 @@ def wait_for_drawing(desk: DeskPage) -> None:
 def test_a_saved_drawing_is_opened_with_its_picture_or_alone_and_goes_on(
     browser: Any, quick_server: QuickServer, tmp_path: Path
 ) -> None:
-    source = write_logo(tmp_path / "logo.png")
     desk = DeskPage(browser, quick_server, tmp_path)
-    page = desk.page
-    desk.drop(source)
-    wait_for_drawing(desk)
-    with desk.fitting():
-        page.locator("#set-cutout").click()
-    page.evaluate(RECOLOUR, [GREEN, ORANGE])
-    saved = desk.save()
+    page, source = desk.page, tmp_path / "logo.png"
+    saved = saved_with_an_edit(desk)
     page.locator("#pictures button:not(.open)").click()
     for files in ([saved, source], [saved]):
         desk.drop(*files)
@@ -75,6 +78,58 @@ def test_a_saved_drawing_is_opened_with_its_picture_or_alone_and_goes_on(
         if page.locator("#removal-yes").is_visible():
             page.locator("#removal-yes").click()
         page.wait_for_selector("#empty:not([hidden])")
+    desk.close()
+
+
+def saved_with_an_edit(desk: DeskPage) -> Path:
+    """Return the file of a drawing that is cut out, and then edited."""
+    desk.drop(write_logo(desk.folder / "logo.png"))
+    wait_for_drawing(desk)
+    with desk.fitting():
+        desk.page.locator("#set-cutout").click()
+    desk.page.evaluate(RECOLOUR, [GREEN, ORANGE])
+    return desk.save()
+
+
+def test_drawings_that_come_before_the_server_says_hello_are_opened_once(
+    browser: Any, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = DeskPage(browser, quick_server, tmp_path)
+    page = desk.page
+    saved = saved_with_an_edit(desk)
+    second = saved.with_name("second.svg")
+    second.write_bytes(saved.read_bytes())
+    page.add_init_script(NOTE_HELLO)
+    page.evaluate("() => sessionStorage.clear()")
+    events, files, asked = list[Any](), list[Any](), list[str]()
+    page.route("**/events?*", lambda route: events.append(route))
+    page.route("**/open", lambda route: files.append(route))
+    page.on("request", lambda request: asked.append(request.url.rsplit("/", 1)[-1]))
+    page.goto(quick_server.url)
+    page.wait_for_selector("body[data-desk]")
+    desk.drop(saved, second)
+    page.wait_for_function("() => document.querySelectorAll('#pictures li').length === 2")
+    events.pop().continue_()
+    page.wait_for_function("() => window.hasMet")
+    page.unroute("**/open")
+    for route in files:
+        route.continue_()
+    while not all(state.endswith("done") for state in desk.states()):
+        page.wait_for_timeout(20)
+    assert asked.count("open") == 2 and "fit" not in asked
+    wait_for_drawing(desk)
+    opened = text_of(desk)
+    page.locator("#set-cutout").click()  # the picture is drawn again, without what was done before it was saved
+    page.wait_for_selector("#proposal:not([hidden])")
+    assert "edits in the opened file" in page.inner_text("#proposal-text")
+    page.locator("#keep-mine").click()
+    wait_for_text(desk, opened)
+    assert page.is_checked("#set-cutout")
+    page.locator("#set-cutout").click()
+    page.locator("#take-new").click()
+    assert ORANGE not in text_of(desk) and not page.is_checked("#set-cutout")
+    page.locator("#undo").click()
+    wait_for_text(desk, opened)
     desk.close()
 
 

@@ -21,6 +21,8 @@ FAILED = Record(input="b.png", output="b.svg", error="no luck", settings={})
 def test_a_record_in_a_line() -> None:
     assert describe(DONE) == "[red]a.png: 27.25 dB, 8 paths, 1,234 bytes, 1.2 s, 2 attempts"
     assert describe(FAILED) == "b.png: failed: no luck"
+    lossy = replace(DONE, losses="not kept in .dxf: the blur of 1 soft path")
+    assert describe(lossy).endswith(", 2 attempts; not kept in .dxf: the blur of 1 soft path")
 
 
 def test_a_tally_in_a_line() -> None:

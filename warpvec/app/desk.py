@@ -173,7 +173,7 @@ class Desk:
         if report.kind == "frame":
             iteration, count = report.facts["iteration"], report.facts["iterations"]
             picture.share = picture.job.done_share + (1.0 - picture.job.done_share) * iteration / max(count, 1)
-        if report.kind in ("mode", "frame"):
+        if report.kind in ("mode", "stage", "frame"):
             self._tell(picture, report.kind, report.facts)
         else:
             self._end_running(report.kind, report.facts)
@@ -194,7 +194,8 @@ class Desk:
         picture = self._running
         if picture is None:
             return
-        picture.last.pop("frame", None)
+        for passing in ("stage", "frame"):
+            picture.last.pop(passing, None)
         is_stopped = bool(facts.get("stopped"))
         picture.share = picture.share if is_stopped or kind == "failed" else 1.0
         # The result before the status: a page that says "done" has the drawing that it saves.

@@ -27,8 +27,9 @@ from warpvec.modes.photo import Photo
 from warpvec.modes.refine import ITERATIONS, with_drawing_settings
 from warpvec.modes.request import Request
 from warpvec.modes.restored import Restoration
-from warpvec.polish.edited import Edited, fit_again
+from warpvec.polish.edited import BY_HAND, Edited, fit_again
 from warpvec.polish.erasing import erase, hole_of, wanted_picture
+from warpvec.polish.recoloured import in_colors_of
 from warpvec.result import Result
 from warpvec.svg.measure import file_facts, file_quality
 from warpvec.svg.write import runs_of
@@ -79,7 +80,8 @@ def run_job(
         return _cut_facts(job, given, watch)
     if job.start is not None and job.keeps_paths:
         if job.before is not None:
-            pixels = wanted_picture(pixels, job.before, job.start, hole)
+            before = job.before if mode == "photo" else in_colors_of(pixels, job.before)
+            pixels = wanted_picture(pixels, before, job.start, hole)
         drawing = _fit_again(job, pixels, mode, threads, watch)
     elif mode == "photo":
         drawing = _photo(job, pixels, threads, watch)
@@ -102,7 +104,7 @@ def _cut_facts(job: FitJob, pixels: NDArray[np.float32], watch: Watch) -> dict[s
     data = job.start.encode()
     given, request = read_drawing(data), _request(job, pixels, job.settings.config("flat"), watch)
     encoding = encoding_like(given, data, request.encoding.of_drawing())
-    encoding = replace(encoding, title=request.picture.title, metadata=None)
+    encoding = replace(encoding, title=request.picture.title, metadata=encoding.metadata or BY_HAND)
     start = place_on_picture(given, request.picture).scaled(*request.picture.reduction)
     drawing = cut_out(Drawing.of(start, encoding, "cpu"), watch)
     lost = [words for name, words in not_kept(drawing).items() if name in LOST_BY_CUTTING]

@@ -1,7 +1,7 @@
 """The requests of the page, below the token of the address; see `warpvec.app.guard`.
 
 GET    /                        the page
-GET    /events?page=            server-sent events: hello, ready, queue, status, mode, frame, done, failed
+GET    /events?page=            server-sent events: hello, ready, queue, status, mode, stage, frame, done, failed
 POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&name=    a picture's file in the body -> its facts

@@ -66,6 +66,7 @@ class Worker:
 
         self._mailbox.check()
         watch = Watch(on_progress, listener=self._mailbox)
+        watch.on_stage = lambda words: self._send(Report("stage", job.number, {"words": words}))
         facts = run_job(job, report, watch, self._threads, self._outlines)
         self._mailbox.check()
         return facts

@@ -109,7 +109,8 @@ def describe(record: Record) -> str:
         return in_one_line(f"{record.input}: failed{attempts}: {record.error}")
     quality = "no error" if record.psnr is None else f"{record.psnr:.2f} dB"
     size = f"{counted(record.curves or 0, 'path')}, {record.bytes:,} bytes"
-    return in_one_line(f"{record.input}: {quality}, {size}, {record.seconds:.1f} s{attempts}")
+    losses = f"; {record.losses}" if record.losses else ""
+    return in_one_line(f"{record.input}: {quality}, {size}, {record.seconds:.1f} s{attempts}{losses}")
 
 
 class _Failures(View):

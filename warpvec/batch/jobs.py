@@ -150,13 +150,16 @@ class Vectorize:
         request = Request.of(photo, config, self.goal, title=title, options=self.file_options, watch=watch)
         result = Result(draw_picture(request), watch.facts())
         metrics = result.metrics
-        self.target.write(job.output, result.encoded(job.output))
+        made = result.file(job.output)
+        self.target.write(job.output, made.data)
+        not_kept = metrics["not_kept"].values()
         return Record(
             input=job.input,
             output=job.output,
             **{figure: metrics[figure] for figure in ("mode", "curves", "bytes", "ssim")},
             psnr=metrics["psnr"] if math.isfinite(metrics["psnr"]) else None,
             seconds=round(time.perf_counter() - start, 3),
+            losses="; ".join([*(f"not kept: {words}" for words in not_kept), *made.losses]),
             key=self.key(data),
             settings=self.settings,
         )

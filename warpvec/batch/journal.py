@@ -47,6 +47,8 @@ class Record:
         curves, bytes: size of the SVG text.
         psnr, ssim: quality of the file as resvg draws it; psnr in dB, None if the drawing has no error.
         seconds: time from reading the photo until the file was written.
+        losses: what of the photo the drawing could not keep, and what the file draws by other means, in words; None
+            from earlier versions.
         error: the reason in one line why the last batch made no file; None if it made one.
         attempts: number of attempts of the last batch.
         key: digest of the photo and the settings; None if there is no file.
@@ -61,6 +63,7 @@ class Record:
     psnr: float | None = None
     ssim: float | None = None
     seconds: float | None = None
+    losses: str | None = None
     error: str | None = None
     attempts: int = 1
     key: str | None = None
@@ -70,7 +73,7 @@ class Record:
 _TYPES: dict[str, set[type]] = {
     "input": {str}, "output": {str}, "mode": {str, NoneType}, "curves": {int, NoneType}, "bytes": {int, NoneType},
     "psnr": {float, int, NoneType}, "ssim": {float, int, NoneType}, "seconds": {float, int, NoneType},
-    "error": {str, NoneType}, "attempts": {int}, "key": {str, NoneType}, "settings": {dict},
+    "losses": {str, NoneType}, "error": {str, NoneType}, "attempts": {int}, "key": {str, NoneType}, "settings": {dict},
 }  # fmt: skip
 """The types that the fields of a record may have in JSON."""
 

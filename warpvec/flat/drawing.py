@@ -162,10 +162,12 @@ class FlatDrawing:
         fine = detail * (DRAWING.small_detail if self.is_small else 1.0)
         scene, watch, left_out = self.outlines.fitted, self.watch, dict[str, int]()
         if not self._is_late(scene):
+            watch.tell("removing what is not seen")
             fewer, loop_count = remove_paths(scene, self.critic, watch, fine)
             scene, left_out = fewer, {"path": len(scene) - len(fewer), "loop": loop_count}
         if len(scene) and not self._is_late(scene):
             count = len(scene.segments)
+            watch.tell("simplifying outlines")
             scene = simplify(scene, self.critic, watch, fine)
             left_out["node"] = count - len(scene.segments)
             scene = with_fewer_stops(scene, self.critic, watch)
@@ -173,6 +175,7 @@ class FlatDrawing:
             scene = with_whole_levels(scene, self.critic, watch)
             # Last, as a fit would undo exact circles and level lines.
             scene = regularize(scene, self.critic, watch, detail)
+            watch.tell("looking for lines and circles")
             # A file of parts without overlaps has outlines only.
             is_wanted = self.config.strokes == "auto" and not self.config.cutout
             strokes = find_strokes(scene, self.critic, watch, fine) if is_wanted else {}
@@ -181,6 +184,7 @@ class FlatDrawing:
             is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
             scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
             scene = replace(scene, generation=scene.generation % count)
+            watch.tell("joining curves")
             scene = with_chains(scene, self.critic, watch, detail)
         return self._snapped(scene), left_out
 

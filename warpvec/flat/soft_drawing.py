@@ -70,6 +70,7 @@ class SoftDrawing:
         """
         if not self._may_be_soft:
             return self.hard.draw(detail)
+        self.work.watch.tell("looking for shadows")
         if not self._shadows:
             return self._with_copies(detail) or self.hard.draw(detail)
         if math.isfinite(self.work.watch.seconds_left()) and not self._is_all_soft:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -21,6 +22,9 @@ from warpvec.polish.erasing import hole_of
 from warpvec.polish.whole_drawing import polish_drawing
 from warpvec.svg.measure import file_facts
 from warpvec.watch.watch import Watch
+
+BY_HAND: dict[str, Any] = {"edited": True}
+"""What a file states that goes on from a drawing without settings; from others, it has theirs."""
 
 ITERATIONS = 300
 """Most iterations. A drawing whose edits are small ends earlier."""
@@ -84,7 +88,7 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
     precision = settings.precision if given.precision is None else given.precision
     settings = replace(settings, curves=max(1, len(scene)), precision=precision)
     encoding = encoding_like(given, data, replace(usual, settings=settings))
-    encoding = replace(encoding, title=picture.title, metadata=None)
+    encoding = replace(encoding, title=picture.title, metadata=encoding.metadata or BY_HAND)
     held = locked if bool(locked.any()) else None
     return polish_drawing(scene, encoding, watch, ITERATIONS, locked=held, exact=not edited.is_photo), locked
 

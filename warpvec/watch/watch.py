@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -55,6 +56,7 @@ class Watch:
     Attributes:
         on_progress: called after every iteration; None for nothing.
         listener: receives the wish to end the run; by default Ctrl-C, if the main thread opens the watch.
+        on_stage: called with words for what is done now, such as "looking for shadows"; None for nothing.
     """
 
     def __init__(
@@ -64,6 +66,7 @@ class Watch:
         listener: Listener | None = None,
     ) -> None:
         self.on_progress, self._time_budget = on_progress, time_budget
+        self.on_stage: Callable[[str], None] | None = None
         self.listener: Listener = CtrlC() if listener is None else listener
         self._open_count = 0
         self._start = time.perf_counter()
@@ -109,6 +112,11 @@ class Watch:
     def seconds_left(self) -> float:
         """Return the seconds until the time is up; infinity without a time budget."""
         return math.inf if self._time_budget is None else self._time_budget - self.seconds()
+
+    def tell(self, words: str) -> None:
+        """Say what is done from now on, which may take a while without progress."""
+        if self.on_stage is not None:
+            self.on_stage(words)
 
     # Parts and history
 

@@ -29,7 +29,10 @@ def saved(text: str, path: str, target: Target = DEFAULT_TARGET, purpose: str | 
     from warpvec.purposes.texts import text_for  # not above: they load Torch, which the help does without
     from warpvec.svg.read import read_svg
 
-    name, words = purpose or writer_of(path).purpose, list[str]()
+    writer = writer_of(path)
+    name, words = purpose or writer.purpose, list[str]()
+    if name == "web" and writer.draws_blur:
+        return Saved(encode(text, path, target), [])
     loaded = read_svg(text) if "<feGaussianBlur" in text else None
     soft_count = 0 if loaded is None else loaded.scene.soft_count
     is_for_print = purpose is None and name == "print"

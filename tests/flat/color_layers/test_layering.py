@@ -38,7 +38,8 @@ def test_shades_share_a_layer_unless_colours_are_asked_for() -> None:
     )
     found, names = layered(scene, SIZE, SIZE)
     assert len(names) == 2 and (picture(found) == picture(scene)).all()
-    assert [name.endswith(" and shades") for name in names.values()].count(True) == 1
+    assert [name.endswith(", shaded") for name in names.values()].count(True) == 1
+    assert max(len(name.split()) for name in names.values()) == 3
     assert len(layered(scene, SIZE, SIZE, joins_shades=False)[1]) == 3
 
 

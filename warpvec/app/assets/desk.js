@@ -1,14 +1,13 @@
 /* The desk: pictures come in, the server draws them, and the viewer's page shows and edits the drawing. */
 
 import { find, findAll, findNamed, setText } from "viewer/dom.js";
+import { Arrivals } from "app/arrivals.js";
 import { ControlPanel, settingsForServer } from "app/controls.js";
 import { MakePanel } from "app/making.js";
 import { Meeting } from "app/meeting.js";
 import { connectDropping, showSide, showStatus } from "app/parts.js";
-import { PagePicture } from "app/picture.js";
 import { PictureList } from "app/queue.js";
 import { Removals } from "app/removals.js";
-import { pairs, read, take } from "app/reopening.js";
 import { Results } from "app/results.js";
 import { Saver } from "app/saving.js";
 import { Server } from "app/server.js";
@@ -40,6 +39,7 @@ export class Desk {
     this.wanted = null;
     this.removals = new Removals(this);
     this.list = new PictureList(find("pictures"), (picture) => this.open(picture), (picture) => this.removals.ask(picture));
+    this.arrivals = new Arrivals(this);
     this.results = new Results(this);
     this.meeting = new Meeting(this);
     this.panel = new ControlPanel((positions, name) => this.changeSettings(positions, name));
@@ -55,7 +55,7 @@ export class Desk {
   connect() {
     for (const id of ["choose", "choose-first"]) find(id).addEventListener("click", () => find("files").click());
     find("files").addEventListener("change", () => {
-      this.add([...find("files").files]);
+      this.arrivals.add([...find("files").files]);
       find("files").value = "";
     });
     find("stop").addEventListener("click", () => this.stop(this.current));
@@ -63,14 +63,14 @@ export class Desk {
     find("keep-mine").addEventListener("click", () => this.results.decide(false));
     find("take-new").addEventListener("click", () => this.results.decide(true));
     this.view.onChange = () => this.follow();
-    find("folder").addEventListener("change", () => this.addFromFolder(find("folder").value));
+    find("folder").addEventListener("change", () => this.arrivals.addFromFolder(find("folder").value));
     for (const input of findNamed("side")) input.addEventListener("change", () => showSide(input.value));
     for (const button of findAll("[data-format]")) {
       button.addEventListener("click", () => this.save(this.view.drawingText(), button.dataset.format));
     }
     find("save-for").addEventListener("click", () => this.save(this.view.drawingText(), this.saver.use.kind, this.saver.use.purpose));
     find("purpose").addEventListener("change", () => this.refresh());
-    connectDropping((files) => this.add(files), (words) => this.view.say(words));
+    connectDropping((files) => this.arrivals.add(files), (words) => this.view.say(words));
     document.addEventListener("change", () => this.memory.note(this)); // boxes are no part of a drawing
     addEventListener("beforeunload", (event) => {
       if (!this.memory.isWritten || this.pictures.some((picture) => !this.isSaved(picture))) event.preventDefault();
@@ -79,70 +79,10 @@ export class Desk {
 
   // Pictures
 
-  /** Takes new pictures; the first of them is shown as soon as it has arrived. */
-  add(files) {
-    for (const [i, { name, file, drawing }] of pairs(files).entries()) {
-      const picture = new PagePicture(name, file, this.panel.positions);
-      Object.assign(picture, { drawing, isFirst: i === 0 });
-      this.pictures.push(picture);
-      this.uploading = (this.uploading ?? Promise.resolve()).then(() => this.begin(picture));
-    }
-    this.refresh();
-  }
-
-  async addFromFolder(name) {
-    find("folder").selectedIndex = 0;
-    if (!name) return;
-    await this.attempt(async () => this.add([new File([await this.server.fromFolder(name)], name)]));
-  }
-
-  /** Sends a new picture and asks for its drawing. */
-  async begin(picture) {
-    if (!this.pictures.includes(picture)) return;
-    try {
-      const opened = picture.drawing && (await read(picture, this.server));
-      await this.upload(picture);
-      if (opened) await take(picture, opened, this.server);
-    } catch (error) {
-      Object.assign(picture, { status: "failed", message: error.message });
-      if (!this.current || this.current.status === "failed") this.current = picture; // so that its message is seen
-      this.refresh();
-      return;
-    }
-    if (!this.pictures.includes(picture)) return; // it was removed in the meantime
-    if (picture.drawing) picture.drawing = null;
-    else await this.requestFit(picture, {}, "again");
-    if (picture.isFirst || !this.current) await this.open(picture);
-  }
-
-  /** Sends a picture, only once however many requests wait for it. */
-  async upload(picture) {
-    picture.arriving ??= this.server.upload(picture.blob, picture.name);
-    try {
-      const { id, width, height } = await picture.arriving;
-      // A server that was started again counts its fits anew.
-      Object.assign(picture, { id, width, height, fit: null, lastFit: 0, unwanted: 0 });
-    } finally {
-      picture.arriving = null;
-    }
-    if (!this.pictures.includes(picture)) this.forget(picture);
-  }
-
-  /** Returns the address of the server's copy of a picture, which the server may have lost. */
-  async previewUrl(picture) {
-    if (!picture.id) await this.upload(picture);
-    return this.server.previewUrl(picture.id);
-  }
-
-  forget(picture) {
-    clearTimeout(picture.timer);
-    if (picture.id && this.server.isOnline) this.server.remove(picture.id).catch(() => {}); // it is gone in any case
-  }
-
   async open(picture) {
     this.current = picture;
     this.panel.show(picture.positions, picture.mode, picture.reason);
-    const opened = picture.width ? this.sheet.open(picture, () => this.previewUrl(picture)) : null;
+    const opened = picture.width ? this.sheet.open(picture, () => this.arrivals.previewUrl(picture)) : null;
     this.refresh();
     await this.attempt(async () => {
       if ((await opened) && picture.isUnseen) this.results.show(picture);
@@ -188,13 +128,13 @@ export class Desk {
     if ((more.keepsPaths || more.cuts) && picture.mode) settings.mode = picture.mode;
     const request = { settings, ...more };
     await this.attempt(async () => {
-      if (!picture.id) await this.upload(picture);
+      if (!picture.id) await this.arrivals.upload(picture);
       if (!this.pictures.includes(picture)) return;
       Object.assign(picture, { status: "waiting", message: "" });
       this.refresh();
       const { fit } = await this.server.fit(picture.id, request).catch(async (error) => {
         if (error.status !== 404 || !picture.blob) throw error;
-        await this.upload(picture); // the server has forgotten it
+        await this.arrivals.upload(picture); // the server has forgotten it
         return this.server.fit(picture.id, request);
       });
       picture.lastFit = fit;
@@ -210,7 +150,8 @@ export class Desk {
       return;
     }
     const before = this.view.unedited();
-    await this.requestFit(picture, { ...this.sheet.present(picture), start: text, before, locked, keepsPaths: true }, "included");
+    const start = this.sheet.exactText(text);
+    await this.requestFit(picture, { ...this.sheet.present(picture), start, before, locked, keepsPaths: true }, "included");
   }
 
   /** Ends the fit of a picture. A server that does not have the picture is told later; see `requestFit` and `Meeting`. */

@@ -45,7 +45,7 @@ export class Meeting {
 
   /** Lets what was under way begin again when the page was loaded again. */
   goOn(picture) {
-    if (picture.status === "loading" && picture.blob && !picture.arriving) this.desk.begin(picture);
+    if (picture.status === "loading" && (picture.blob || picture.drawing)) this.desk.arrivals.begin(picture);
     else if (picture.moved && !picture.isBusy) this.desk.fitWithSettings(picture);
   }
 

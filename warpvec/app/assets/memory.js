@@ -67,11 +67,17 @@ export class Memory {
     const text = this.textOf(`picture/${key}`);
     if (!text) return null;
     const { state, type, drawn } = unpack(text);
-    const bytes = this.records.get(`file/${key}`);
-    if (!bytes && state.status === "loading") return null; // its file had not been read
-    const blob = bytes ? new Blob([bytes], { type }) : null;
-    if (blob) this.marks.set(`file/${key}`, [blob]);
-    return Object.assign(new PagePicture(state.name, blob, state.positions), state, { kept: drawn && view.unpacked(drawn) });
+    const [blob, drawing] = [this.fileOf(`file/${key}`, state.name, type), this.fileOf(`drawing/${key}`, `${state.name}.svg`)];
+    if (!blob && !drawing && state.status === "loading") return null; // its file had not been read
+    return Object.assign(new PagePicture(state.name, blob, state.positions), state, { drawing, kept: drawn && view.unpacked(drawn) });
+  }
+
+  fileOf(record, name, type = "") {
+    const bytes = this.records.get(record);
+    if (!bytes) return null;
+    const file = new File([bytes], name, { type });
+    this.marks.set(record, [file]);
+    return file;
   }
 
   // Writing
@@ -118,15 +124,16 @@ export class Memory {
 
 /** Returns the records of a picture: its file, and all else. */
 function recordsOf(picture, { view, sheet }) {
-  const { key, blob, frame, photo, kept, arriving, timer, drawing, ...state } = picture;
+  const { key, blob, frame, photo, kept, arriving, timer, isBeginning, drawing, ...state } = picture;
   const isShown = sheet.shows(picture);
   if (isShown) state.isSaved &&= !view.state.edited;
   const drawn = () => (isShown ? view.packed() : kept && view.packed(kept));
   const content = () => pack({ state: { key, ...state }, type: blob?.type, drawn: drawn() });
   const marks = [...Object.values(state), ...(isShown ? view.marks : [kept])];
+  const files = Object.entries({ file: blob, drawing }).filter(([, file]) => file);
   return /** @type {any} */ ([
     [`picture/${key}`, { marks, content }],
-    ...(blob ? [[`file/${key}`, { marks: [blob], content: () => blob }]] : []),
+    ...files.map(([kind, file]) => [`${kind}/${key}`, { marks: [file], content: () => file }]),
   ]);
 }
 

@@ -38,7 +38,7 @@ function statusText(picture) {
   const words = {
     loading: "Loading …", idle: "", failed: "The drawing failed.", done: "The drawing is done.",
     waiting: picture.place ? `Waiting for ${picture.place} other ${picture.place === 1 ? "drawing" : "drawings"} …` : "Starting …",
-    fitting: "Drawing …",
+    fitting: picture.stage ? `Drawing: ${picture.stage} …` : "Drawing …",
     stopped: picture.newest ? "Stopped: this is the best drawing so far." : "Stopped before there was a drawing.",
   };
   return words[picture.status];

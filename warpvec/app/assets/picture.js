@@ -18,6 +18,8 @@ export class PagePicture {
   mode = null;
   reason = null;
   message = "";
+  // What its fit is doing, in words.
+  stage = "";
   // The present drawing of a running fit.
   frame = null;
   // The image to compare with.
@@ -44,6 +46,8 @@ export class PagePicture {
   // The upload that is under way, and the timer until changed settings take effect.
   arriving = null;
   timer = 0;
+  // Whether its file is being read and sent.
+  isBeginning = false;
 
   // Its name in what the page keeps for the time after it is loaded again.
   key = crypto.randomUUID();

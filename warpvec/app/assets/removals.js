@@ -31,7 +31,7 @@ export class Removals {
     if (desk.sheet.shows(picture)) desk.sheet.keepEdits();
     desk.removed.push({ picture, place: desk.pictures.indexOf(picture), number: nextVersion() });
     desk.pictures = desk.pictures.filter((other) => other !== picture);
-    desk.forget(picture);
+    desk.arrivals.forget(picture);
     Object.assign(picture, { id: null, frame: null });
     if (desk.current === picture) {
       desk.current = null;
@@ -55,7 +55,7 @@ export class Removals {
     const { desk } = this;
     const { picture, place } = desk.removed.pop();
     desk.pictures = desk.pictures.toSpliced(place, 0, picture);
-    if (picture.status === "loading") desk.begin(picture);
+    if (picture.status === "loading") desk.arrivals.begin(picture);
     else if (picture.isBusy) desk.requestFit(picture, picture.asked.more);
     desk.open(picture).then(() => desk.view.say(`Undone: ${picture.name} is back`));
     return true;

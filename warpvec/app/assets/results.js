@@ -9,6 +9,7 @@ export class Results {
 
   update(picture, kind, facts) {
     const isShown = this.desk.sheet.shows(picture);
+    if (kind === "stage") picture.stage = facts.words;
     if (kind === "status") this.setStatus(picture, facts.status);
     if (kind === "mode") {
       // A fit of a kind that was found before does not say why again.
@@ -31,6 +32,7 @@ export class Results {
 
   setStatus(picture, status) {
     picture.status = status;
+    if (status !== "fitting") picture.stage = "";
     if (!picture.isBusy) picture.isStopping = false;
     if (status !== "stopped") return;
     // A fit that was stopped before it began leaves the last frame of the one that it was to replace.

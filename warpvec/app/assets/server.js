@@ -73,7 +73,7 @@ export class Server {
     if (!isPresent()) return;
     const source = new EventSource(`${this.base}events?page=${this.page}`);
     this.source = source;
-    for (const kind of ["hello", "server", "ready", "queue", "status", "mode", "frame", "done", "failed"]) {
+    for (const kind of ["hello", "server", "ready", "queue", "status", "mode", "stage", "frame", "done", "failed"]) {
       source.addEventListener(kind, (event) => this.receive(kind, JSON.parse(event.data)));
     }
     source.addEventListener("open", () => {

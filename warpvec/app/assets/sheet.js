@@ -109,8 +109,9 @@ export class Sheet {
 
 /** Returns the facts of a result that belong to its drawing. */
 function factsOf({ asked, mode, reason }, result) {
-  const { svg, text, history, psnr, bytes, gzip_bytes, segments, layers, not_kept: notKept } = result;
+  const { svg, text, history, psnr, bytes, gzip_bytes, segments, layers, not_kept: notKept, isByHand } = result;
   const figures = { bytes, gzip_bytes, segments, ...(psnr === undefined ? {} : { psnr }) };
   const known = Object.fromEntries(Object.entries(figures).filter(([, value]) => value !== undefined));
-  return { figures: known, history: history ?? [], text: text ?? svg, layers, notKept, mode, reason, positions: asked.positions };
+  const own = { history: history ?? [], text: text ?? svg, layers, notKept, isByHand };
+  return { figures: known, ...own, mode, reason, positions: asked.positions };
 }

@@ -40,14 +40,21 @@ def layered(scene: Scene, height: int, width: int, *, joins_shades: bool = True)
     layers = few_layers(group, overlapping_paths(scene, height, width))
     order = torch.tensor([path for layer in layers for path in layer], dtype=torch.int64)
     generation = torch.tensor([place for place, layer in enumerate(layers) for _ in layer], dtype=torch.int64)
-    names = _unique([_layer_name([paints[path] for path in layer]) for layer in layers])
+    names = _unique([_layer_name(scene, [paints[path] for path in layer], layer) for layer in layers])
     return replace(scene.select(order), generation=generation), dict(enumerate(names))
 
 
-def _layer_name(paints: list[str]) -> str:
-    """Return the name of a layer of ``paints``: that of most of its paths."""
+def _layer_name(scene: Scene, paints: list[str], layer: list[int]) -> str:
+    """Return the name of a layer of paths, in at most three words, such as "darkorange #ea7600, shaded".
+
+    It has the colour of most of its ``paints``, the code of that, and what is special about it.
+    """
     counted = Counter(paints)
-    return counted.most_common(1)[0][0] + (" and shades" if len(counted) > 1 else "")
+    path = layer[paints.index(counted.most_common(1)[0][0])]
+    is_shaded = len(counted) > 1 or (scene.gradients is not None and int(scene.gradients.kind[path]) != FLAT)
+    opacity = round(100 * float(scene.opacity[path]))
+    suffix = ", shaded" if is_shaded else f", {opacity}%" if opacity < 100 else ""
+    return color_name(scene.color[path].double().numpy()) + suffix
 
 
 def color_name(color: Floats) -> str:
@@ -68,7 +75,7 @@ def color_name(color: Floats) -> str:
 
 
 def _paint(scene: Scene, path: int) -> str:
-    """Return the name of a path's paint; equal paints have equal names."""
+    """Return a path's paint in words; equal paints have equal ones."""
     color = scene.color[path].double().numpy()
     opacity = round(100 * float(scene.opacity[path]))
     suffix = "" if opacity == 100 else f", {opacity} % opaque"

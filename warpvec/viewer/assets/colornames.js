@@ -4,7 +4,7 @@ import { hslOf } from "viewer/colors.js";
 import { isGradient, paintOf } from "viewer/gradients.js";
 
 // A name of flat art: words for a colour and its code.
-const NAMED_BY_COLOR = /^[a-z ]+ (#[0-9a-f]{6})( and shades)?( \(\d+\))?$/;
+const NAMED_BY_COLOR = /^[a-z ]+ (#[0-9a-f]{6})(, shaded|, \d+%)?( \(\d+\))?$/;
 /** The hue in degrees at which each one ends.
  *
  * @type {[number, string][]} */

@@ -10,7 +10,8 @@ export function editsInWords(edits) {
     if (edit.isMoved) return edit.matrix ? "moved shape" : "changed outline";
     return edit.isPainted ? "coloured shape" : "changed look";
   });
-  return [...new Set(words)].map((word) => counted(words.filter((other) => other === word).length, word)).join(", ");
+  const counts = [...new Set(words)].filter(Boolean).map((word) => counted(words.filter((other) => other === word).length, word));
+  return [...(edits.some(({ kind }) => kind === "opened") ? ["the edits in the opened file"] : []), ...counts].join(", ");
 }
 
 const KIND_WORDS = {

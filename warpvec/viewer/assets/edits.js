@@ -10,7 +10,8 @@
  *   add         {after, layerName}
  *   order       {before, below}          the item lies on `below` now, or at the bottom
  *   layer       {name, to}               another name
- *   layers      {}                       layers were made, merged or moved */
+ *   layers      {}                       layers were made, merged or moved
+ *   opened      {}                       all that was done before the file was saved, which is not known apart from it */
 
 import { multiply } from "viewer/basics.js";
 import { longestRise, sameState } from "viewer/changes.js";
@@ -159,7 +160,7 @@ function layerEdits(drawing) {
 export function applyEdits(edits, drawing, matrix, left = new Map()) {
   const placed = edits.map((edit) => inUnits(edit, matrix));
   const found = new Finder(drawing, left);
-  const order = ["color", "background", "size", "change", "delete", "order", "layer", "layers", "add"];
+  const order = ["opened", "color", "background", "size", "change", "delete", "order", "layer", "layers", "add"];
   const sorted = placed.map((edit, i) => ({ edit, i })).sort((a, b) => order.indexOf(a.edit.kind) - order.indexOf(b.edit.kind));
   return sorted.filter(({ edit }) => !APPLY[edit.kind](edit, drawing, found)).map(({ i }) => edits[i]);
 }
@@ -246,6 +247,7 @@ const APPLY = {
     return Boolean(layer);
   },
   layers: () => false,
+  opened: () => false,
 };
 
 /** Tells whether a drawing is one of a photo, by its layers. */

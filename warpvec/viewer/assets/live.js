@@ -259,6 +259,7 @@ export function drawingOf(svg, facts) {
   const drawing = readDrawing(svg);
   const written = writeDrawing(drawing);
   if (facts?.layers) divideLayers(drawing, facts.layers);
+  if (facts?.isByHand) drawing.past = [{ kind: "opened" }];
   drawing.facts = { figures: {}, history: [], written: facts?.layers ? writeDrawing(drawing) : written, ...facts };
   return drawing;
 }
