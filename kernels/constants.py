@@ -127,6 +127,10 @@ RELEASED_ALPHA_MAX = 0.99
 """Maximum alpha by which the adjoint of Vector Scaffolding's code divides, from the backward pass of gsplat's 2D
 kernel. Its forward pass has SPLAT_ALPHA_MAX."""
 
+COLOR_FALLOFF = 4.0
+"""The gradient that the colour of a path gets through an interior Gaussian is multiplied by 1 - exp(-COLOR_FALLOFF d).
+There d = |u| + |v|, and u and v run from -1 to 1 along a line and across the lines (Bezier Splatting's code)."""
+
 SPLAT_GROUP = 8
 """Number of neighbouring samples of a line that share a bounding box. The box is tested first: 9 tests for 8 samples
 where it is hit, 1 where it is missed."""

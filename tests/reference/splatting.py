@@ -34,6 +34,7 @@ class Settings:
     degree: int = 3
     interior_gradient: bool = True
     covariance_gradient: bool = False
+    color_falloff: bool = False
 
 
 class Gaussians(NamedTuple):
@@ -75,8 +76,19 @@ def render(
         width: columns of the canvas.
         settings: how paths are sampled and what their gradients see.
     """
-    coverage = path_alpha(gaussians(points, settings), opacity, height, width)
-    return composite(coverage, color, torch.ones_like(opacity), background)
+    found = gaussians(points, settings)
+    coverage = path_alpha(found, opacity, height, width)
+    image = composite(
+        coverage, color.detach() if settings.color_falloff else color, torch.ones_like(opacity), background
+    )
+    if settings.color_falloff:
+        with torch.no_grad():
+            share, light = color_shares(found, opacity, height, width), torch.ones(height, width, dtype=color.dtype)
+            for row in reversed(range(len(color))):
+                share[row] *= light
+                light = light * (1 - coverage[row])
+        image = image + (share[..., None] * (color - color.detach())[:, None, None]).sum(0)
+    return image
 
 
 def gaussians(points: Tensor, settings: Settings) -> Gaussians:
@@ -140,6 +152,26 @@ def path_alpha(gaussians: Gaussians, opacity: Tensor, height: int, width: int) -
     """Return the coverage [N, h, w] of each path: 1 - prod (1 - alpha) over its Gaussians."""
     layers = [_one_path(gaussians, row, opacity[row], height, width) for row in range(len(opacity))]
     return torch.stack(layers) if layers else opacity.new_zeros(0, height, width)
+
+
+def color_shares(gaussians: Gaussians, opacity: Tensor, height: int, width: int) -> Tensor:
+    """Return for which share [N, h, w] of each pixel the colour of a path answers: what its Gaussians add, weighted.
+
+    They are drawn one after another: side A, side B, and the lines from A to B.
+    """
+    shares = opacity.new_zeros(len(opacity), height, width)
+    lines, samples = gaussians.mean.shape[1] - 2, gaussians.mean.shape[2]
+    for path in range(len(opacity)):
+        alpha = peak(gaussians, path, opacity, height, width)
+        alpha = torch.where(alpha < ALPHA_MIN, 0.0, alpha.clamp(max=ALPHA_MAX))
+        left = torch.ones_like(shares[path])
+        for row in [0, lines + 1, *range(1, lines + 1)]:
+            for k in range(samples):
+                u, v = 2 * k / (samples - 1) - 1, (2 * (row - 1) / (lines - 1) - 1 if lines > 1 else -1)
+                weight = 1.0 if row in (0, lines + 1) else 1 - math.exp(-4 * (abs(u) + abs(v)))
+                shares[path] += weight * left * alpha[row, k]
+                left = left * (1 - alpha[row, k])
+    return shares
 
 
 def _one_path(gaussians: Gaussians, row: int, opacity: Tensor, height: int, width: int) -> Tensor:

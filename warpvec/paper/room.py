@@ -19,6 +19,7 @@ _MODEL: dict[str, Any] = {
     "bezier_weight": 1.0,
     "axis_rates": True,
     "common_age": True,
+    "color_falloff": True,
 }
 """What both papers, or their authors' codes, have in common."""
 

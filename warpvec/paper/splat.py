@@ -17,7 +17,7 @@ from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
 from warpvec.paper.stages.splat_binning import SplatBinning
-from warpvec.paper.stages.splat_coverage import SplatCoverage
+from warpvec.paper.stages.splat_coverage import SplatCoverage, color_weights
 from warpvec.paper.stages.splatting import Splatting
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
@@ -34,6 +34,7 @@ class SplatRenderer(TileRenderer):
         interior_gradient: whether the Gaussians of the lines are attached to the control points.
         covariance_gradient: whether the covariances of attached Gaussians are attached as well as their centers.
         released_adjoint: whether opacities are clipped in the adjoint as in the code of Vector Scaffolding.
+        color_falloff: whether Gaussians near the middle of a path count less for the gradient of its colour.
         transmittance_min, machine: as every `TileRenderer` has them.
     """
 
@@ -47,6 +48,7 @@ class SplatRenderer(TileRenderer):
         interior_gradient: bool = True,
         covariance_gradient: bool = False,
         released_adjoint: bool = False,
+        color_falloff: bool = False,
         transmittance_min: float = TRANSMITTANCE_MIN,
         **machine: Any,
     ) -> None:
@@ -54,7 +56,9 @@ class SplatRenderer(TileRenderer):
         launch, lanes, covariance = self._launch, self._lanes, covariance_gradient
         self._splatting = Splatting(launch, lanes, samples, lines, self.degree, interior_gradient, covariance)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
-        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, transmittance_min, released_adjoint)
+        weight = color_weights(lines, samples) if color_falloff else None
+        limits = (transmittance_min, released_adjoint)
+        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, *limits, weight)
         self._buffers = launch.make_buffers()
         self._ones = torch.ones(0)
 
@@ -72,6 +76,7 @@ class SplatRenderer(TileRenderer):
         self._coverage.run(self._splatting, self._binning, scene.opacity)
         # The Gaussians contain the path's opacity already, so coverage is composited as opaque.
         paint = self._compositing.paint(scene.color, self._opaque(len(scene)), scene.background)
+        paint.share = self._coverage.slot_share
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
