@@ -49,6 +49,7 @@ FACTORY_ARGUMENTS = {
     "coverage": [(linked,) for linked in _BOTH],
     "pixel_slopes": list(_PAINTS),
     "population": [(by_axis,) for by_axis in _BOTH],
+    "row_opacity": [(sides,) for sides in _BOTH],
     "splat_coverage": [(shares,) for shares in _BOTH],
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],

@@ -60,7 +60,7 @@ def make_kernels(lanes: Lanes, with_shares: bool = False) -> SimpleNamespace:
         pair_slot: wp.array(dtype=int),  # [K + 1]
         splats: wp.array(dtype=dtype),  # [N, rows, PLANES, samples]
         group_box: wp.array(dtype=wp.vec4i),  # [N rows, groups + 1] px
-        opacity: wp.array(dtype=dtype),  # [N]
+        row_opacity: wp.array(dtype=dtype),  # [N rows]
         row_count: int,
         sample_count: int,
         sample_stride: int,
@@ -105,7 +105,6 @@ def make_kernels(lanes: Lanes, with_shares: bool = False) -> SimpleNamespace:
             hit -= 1
             pair = hit_pair[hit]
             path = pair_path[pair]
-            o = opacity[path]
             for i in range(tile_vectors):
                 v.put(passed, i, v.spread(one))
                 if wp.static(with_shares):
@@ -115,6 +114,7 @@ def make_kernels(lanes: Lanes, with_shares: bool = False) -> SimpleNamespace:
                 if wp.static(with_shares):
                     own_row = wp.where(turn < 2, turn * (row_count - 1), turn - 1)
                 row = path * row_count + own_row
+                o = row_opacity[row]
                 row_box = group_box[row * (group_count + 1) + group_count]
                 if row_box[0] < left + TILE and row_box[2] > left and row_box[1] < top + TILE and row_box[3] > top:
                     for group in range(group_count):

@@ -70,7 +70,7 @@ def render(
     Args:
         points: control points [N, degree * pieces, 2] in pixels.
         color: fill [N, 3] in [0, 1].
-        opacity: opacity of each Gaussian of a path [N] in [0, 1].
+        opacity: opacity of each Gaussian of a path [N], or of each row of a path [N, rows], in [0, 1].
         background: background colour [3] in [0, 1].
         height: rows of the canvas.
         width: columns of the canvas.
@@ -79,7 +79,7 @@ def render(
     found = gaussians(points, settings)
     coverage = path_alpha(found, opacity, height, width)
     image = composite(
-        coverage, color.detach() if settings.color_falloff else color, torch.ones_like(opacity), background
+        coverage, color.detach() if settings.color_falloff else color, torch.ones_like(color[:, 0]), background
     )
     if settings.color_falloff:
         with torch.no_grad():
@@ -144,7 +144,8 @@ def end_factors(samples: int) -> Tensor:
 def peak(gaussians: Gaussians, row: int, opacity: Tensor, height: int, width: int) -> Tensor:
     """Return o exp(-q / 2) of each Gaussian of path ``row`` at each pixel centre [rows, samples, h, w], not clipped."""
     mean, frame, scale = (tensor[row, :, :, None] for tensor in gaussians[:3])
-    values = _bell(mean, frame, scale, opacity[row], _pixel_centers(height, width).to(mean))
+    own = opacity[row].reshape(-1, 1, 1)
+    values = _bell(mean, frame, scale, own, _pixel_centers(height, width).to(mean))
     return values.reshape(*values.shape[:2], height, width)
 
 
@@ -176,16 +177,17 @@ def color_shares(gaussians: Gaussians, opacity: Tensor, height: int, width: int)
 
 def _one_path(gaussians: Gaussians, row: int, opacity: Tensor, height: int, width: int) -> Tensor:
     mean, frame, scale = (tensor[row].flatten(0, 1) for tensor in gaussians[:3])
+    opacity = opacity.reshape(-1, 1).expand(gaussians.mean.shape[1], gaussians.mean.shape[2]).reshape(-1)
     pixels = _pixel_centers(height, width).to(mean)
     with torch.no_grad():
         # Every Gaussian at every pixel; dropped ones have no gradient either.
         found = [
-            (_bell(*(tensor[block, None] for tensor in (mean, frame, scale)), opacity, pixels) >= ALPHA_MIN).nonzero()
+            (_bell(*(tensor[block, None] for tensor in (mean, frame, scale, opacity)), pixels) >= ALPHA_MIN).nonzero()
             + block.new_tensor([int(block[0]), 0])
             for block in torch.arange(len(mean)).split(64)
         ]
     which, where = torch.cat(found).T
-    alpha = _bell(mean[which], frame[which], scale[which], opacity, pixels[where]).clamp(max=ALPHA_MAX)
+    alpha = _bell(mean[which], frame[which], scale[which], opacity[which], pixels[where]).clamp(max=ALPHA_MAX)
     # The product is computed with logarithms, whose arguments are at least 1 - ALPHA_MAX.
     total = alpha.new_zeros(len(pixels)).index_add(0, where, torch.log1p(-alpha))
     return (1 - total.exp()).reshape(height, width)

@@ -121,5 +121,6 @@ class Arena:
 def is_plain(scene: Scene) -> bool:
     """Return whether every path of ``scene`` is one loop of curves with a flat fill."""
     structure = scene.structure
-    more = (scene.gradients, scene.strokes, scene.forms, scene.softness, structure.is_line, structure.is_open)
+    groups = (scene.gradients, scene.strokes, scene.forms, scene.softness, scene.side_opacity)
+    more = (*groups, structure.is_line, structure.is_open)
     return all(each is None for each in more) and structure.loop_count == structure.path_count

@@ -236,6 +236,8 @@ class _Fit:
             self._target.make_room()
             adjoints = self._differentiate(iteration, *wanted)
         adj_opacity = adjoints.opacity.contiguous()
+        if adjoints.side_opacity is not None:
+            adj_opacity = torch.cat([adj_opacity[:, None], adjoints.side_opacity], 1)
         self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
         factor = schedule.lr_factor(iteration, config, self._iteration_count)
         if takes_palette:

@@ -50,6 +50,7 @@ PRESETS = {
             "prune_opacity": RELEASED_PRUNE_OPACITY,
             "compensate": False,
             "released_adjoint": True,
+            "side_opacities": True,
         },
     ),
     "bezier-splatting": Preset(

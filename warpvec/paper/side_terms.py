@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.parametrization import all_opacities
 from warpvec.fit.regularization import bezier_loss, opacity_loss
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import PROJECTION_WEIGHT
@@ -41,13 +42,16 @@ class SideTerms:
     def add_adjoint(
         self, scene: Scene, adj_segments: Tensor, adj_opacity: Tensor, counts: Tensor | None = None
     ) -> None:
-        """Add dL/dsegments [R, M, 2] and dL/dopacity [N] of `side_terms`, in place; ``counts`` must be None."""
+        """Add dL/dsegments [R, M, 2] and dL/dopacity [N, 1 or 3, or N] of `side_terms`, in place.
+
+        ``counts`` must be None.
+        """
         assert counts is None
-        points, opacity = scene.points.detach().requires_grad_(), scene.opacity.detach().requires_grad_()
+        points, opacity = scene.points.detach().requires_grad_(), all_opacities(scene).detach().requires_grad_()
         value = side_terms(points, opacity, self._width, self._height, self._config)
         gradients = torch.autograd.grad(value, (points, opacity))
         adj_segments += gradients[0].view_as(adj_segments)
-        adj_opacity += gradients[1]
+        adj_opacity += gradients[1].view_as(adj_opacity)
 
 
 def side_terms(points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig) -> Tensor:
@@ -55,7 +59,7 @@ def side_terms(points: Tensor, opacity: Tensor, width: float, height: float, con
 
     Args:
         points: control points [N, 2 M, 2] in pixels.
-        opacity: fill opacity [N] in [0, 1].
+        opacity: fill opacities [N, 1], or [N, 3] with those at the sides, in [0, 1].
         width, height: canvas in pixels.
         config: gives the weights, the degree M, and the samples of a side, which tips are measured by.
     """

@@ -16,6 +16,7 @@ from torch import Tensor
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
+from warpvec.paper.stages.row_opacity import RowOpacity
 from warpvec.paper.stages.splat_binning import SplatBinning
 from warpvec.paper.stages.splat_coverage import SplatCoverage, color_weights
 from warpvec.paper.stages.splatting import Splatting
@@ -55,6 +56,7 @@ class SplatRenderer(TileRenderer):
         super().__init__(height, width, transmittance_min=transmittance_min, **machine)
         launch, lanes, covariance = self._launch, self._lanes, covariance_gradient
         self._splatting = Splatting(launch, lanes, samples, lines, self.degree, interior_gradient, covariance)
+        self._row_opacity = RowOpacity(launch, lanes, lines)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
         weight = color_weights(lines, samples) if color_falloff else None
         limits = (transmittance_min, released_adjoint)
@@ -71,9 +73,10 @@ class SplatRenderer(TileRenderer):
             raise InputError(
                 "scene", "must have sharp paths for the renderer splat", "soft ones", "render it with exact"
             )
-        self._splatting.run(scene.points, scene.opacity)
+        self._row_opacity.run(scene.opacity, scene.side_opacity)
+        self._splatting.run(scene.points, self._row_opacity.values)
         self._binning.bin_splats(self._splatting, len(scene))
-        self._coverage.run(self._splatting, self._binning, scene.opacity)
+        self._coverage.run(self._splatting, self._binning, self._row_opacity.values)
         # The Gaussians contain the path's opacity already, so coverage is composited as opaque.
         paint = self._compositing.paint(scene.color, self._opaque(len(scene)), scene.background)
         paint.share = self._coverage.slot_share
@@ -81,9 +84,12 @@ class SplatRenderer(TileRenderer):
 
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         points, adj_points = scene.points, adjoints.segments.view(scene.points.shape)
-        splat_sums = self._coverage.adjoint(self._splatting, self._binning, scene.opacity)
+        splat_sums = self._coverage.adjoint(self._splatting, self._binning, self._row_opacity.values, len(scene))
         # This overwrites the adjoint of the paint's opacity, which is constant.
         self._splatting.adjoint(points, scene.opacity, splat_sums, adj_points, adjoints.opacity)
+        if scene.side_opacity is not None and adjoints.side_opacity is not None:
+            own = [adjoints.opacity, adjoints.side_opacity]
+            self._row_opacity.adjoint(scene.opacity, scene.side_opacity, self._splatting, splat_sums, own)
 
     @property
     def counts(self) -> Counts:

@@ -83,7 +83,7 @@ class RecordedStep:
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
         # A step with these makes tensors of its own, whose memory a graph would not keep.
-        has_own = scene.strokes is not None or scene.softness is not None
+        has_own = scene.strokes is not None or scene.softness is not None or scene.side_opacity is not None
         has_own = has_own or (scene.gradients is not None and scene.gradients.stops is not None)
         if self.is_paused or not self._record or has_own:
             return _followed(self._renderer.fit_step(*inputs, out=self._out_for(scene)), after)
@@ -188,6 +188,7 @@ def _fits(out: Adjoints, scene: Scene) -> bool:
     same_paints &= (out.offset is None) == (paints is None or paints.stops is None)
     same_paints = same_paints and (out.width is None) == (scene.strokes is None)
     same_paints = same_paints and (out.softness is None) == (scene.softness is None)
+    same_paints = same_paints and (out.side_opacity is None) == (scene.side_opacity is None)
     return same_paints and out.segments.shape == scene.segments.shape and len(out.color) == len(scene)
 
 
