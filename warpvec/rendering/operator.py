@@ -115,7 +115,7 @@ def outline_slopes(scene: Scene, height: int, width: int, threads: int | None = 
 def _inputs(scene: Scene) -> list[Tensor]:
     """Return the tensors of an operator: ``_VALUES`` that it differentiates, the kinds of paint, and the structure.
 
-    Those of gradients, strokes, softness and side opacities are empty in a scene without any, and those of stops without
+    Those of gradients, strokes, softness and side opacities are empty in a scene without any, those of stops without
     `Stops`.
     """
     structure, color = scene.structure, scene.color
