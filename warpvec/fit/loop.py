@@ -198,7 +198,7 @@ class _Fit:
             return 0
         end = min(self._iteration + CHAIN_MAX, self._iteration_count)
         for iteration in range(self._iteration + 1, end + 1):
-            if any(self._wants(iteration)):
+            if any(self._wants(iteration)) or self._policy.looks_before(iteration, self._iteration_count):
                 return iteration - 1 - self._iteration
             if self._is_looking(iteration):
                 return iteration - self._iteration

@@ -352,7 +352,10 @@ class Population:
             return self._arena
         paths = max(self._config.curves, len(scene))
         rows = max(self._config.segments * paths, scene.structure.segment_count)
-        return Arena(Held(scene, self._rows, self._segment_age, self._age), paths, int(SEGMENT_ROOM * rows) + 1)
+        held = Held(scene, self._rows, self._segment_age, self._age)
+        if self._config.renderer != "exact":  # which draws nothing but equal paths
+            return Arena.of_equal_paths(held, paths)
+        return Arena(held, paths, int(SEGMENT_ROOM * rows) + 1)
 
     def _constrain(self) -> None:
         """Straighten lines, and apply opaque paths and the palette, in the live scene in place."""

@@ -225,7 +225,7 @@ def _reach(degree: int, t: float, dtype: torch.dtype, device: torch.device) -> T
 
 
 def tip_reach(degree: int, t: float) -> list[float]:
-    """Return the weights of the legs of a curve, ``degree`` of them, in the vector from its start to the parameter ``t``.
+    """Return the weights of the ``degree`` legs of a curve in the vector from its start to the parameter ``t``.
 
     Each is the sum of the Bernstein weights of the points after the leg.
     """

@@ -93,6 +93,10 @@ class Replacement:
     ) -> None:
         """Do nothing: new paths lie where the image is wrong after the step."""
 
+    def looks_before(self, iteration: int, iterations: int) -> bool:
+        """Return False: :meth:`look` does nothing."""
+        return False
+
     def is_due(self, iteration: int, iterations: int) -> bool:
         """Return whether paths are removed or added after ``iteration``."""
         return replacement_due(iteration, self._config, iterations) is not None

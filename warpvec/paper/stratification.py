@@ -73,8 +73,12 @@ class Stratification(Scaffolding):
         self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
     ) -> None:
         """Keep the error of the present paths if an inflation follows ``iteration``, which is about to step them."""
-        if self.is_due(iteration, iterations):
+        if self.looks_before(iteration, iterations):
             self._error = squared_error(population.scene)
+
+    def looks_before(self, iteration: int, iterations: int) -> bool:
+        """Return whether an inflation follows ``iteration``."""
+        return self.is_due(iteration, iterations)
 
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return False: nothing is recycled."""
