@@ -89,6 +89,7 @@ ROOM = Room(
     },
     short_fits=(
         {"preset": "paper", "samples": 2, "lines": 1},
-        {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
+        {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True, "color_falloff": False},
+        {"preset": "paper-released", "samples": 2, "lines": 1},
     ),
 )

@@ -329,6 +329,11 @@ class TileRenderer(ABC):
         self._launch.capacity.limit = limit
 
     @property
+    def has_exceeded(self) -> bool:
+        """Whether the last render exceeded its capacity, and drew nothing; the host waits for the device."""
+        return bool(self._launch.capacity.flags.numpy().any())
+
+    @property
     def fits(self) -> Tensor:
         """[1] float64 on the device: 1, or -1 if the last render with an adjoint was dropped: its adjoint is zero."""
         fits: Tensor = wp.to_torch(self._launch.capacity.fits)
