@@ -29,6 +29,7 @@ ARCHITECTURE = 90
 
 _BOTH = (False, True)
 _PAINTS = ((False, False), (True, False), (False, True))  # flat, gradients of two stops, gradients of several
+_SHARES = (False, False, True)  # flat, with shares of colours
 _FOLDER = Path(warpvec.kernels.__file__).parent
 
 _FACTORIES = {path.stem: path.read_text() for path in sorted(_FOLDER.glob("*.py"))}
@@ -43,11 +44,13 @@ FIT_STEPS = [stem for stem, text in _FACTORIES.items() if "\ndef make_kernels(" 
 FACTORY_ARGUMENTS = {
     "compositing": list(_PAINTS),
     "compositing_adjoint": [
-        (fused, curvature, *paints) for fused in _BOTH for curvature in _BOTH for paints in _PAINTS
+        (fused, curvature, *paints) for fused in _BOTH for curvature in _BOTH for paints in (*_PAINTS, _SHARES)
     ],
     "coverage": [(linked,) for linked in _BOTH],
     "pixel_slopes": list(_PAINTS),
     "population": [(by_axis,) for by_axis in _BOTH],
+    "row_opacity": [(sides,) for sides in _BOTH],
+    "splat_coverage": [(shares,) for shares in _BOTH],
     "splat_coverage_adjoint": [(covariance,) for covariance in _BOTH],
     "splatting_adjoint": [(covariance,) for covariance in _BOTH],
 }

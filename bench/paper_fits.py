@@ -51,6 +51,7 @@ those that differ from the preset, without the curves; ``seconds`` are those of 
 # Settings that determine which kernels a fit runs.
 _KERNEL_SETTINGS = (
     "renderer", "policy", "device", "path_model", "samples", "lines", "interior_gradient", "covariance_gradient",
+    "color_falloff", "side_opacities",
 )  # fmt: skip
 
 # Photos are reduced by --scale only.

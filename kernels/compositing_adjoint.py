@@ -37,7 +37,12 @@ CANVAS_TERMS = 4
 
 @made_once
 def make_kernels(
-    lanes: Lanes, fused: bool, with_curvature: bool, with_gradients: bool = False, with_stops: bool = False
+    lanes: Lanes,
+    fused: bool,
+    with_curvature: bool,
+    with_gradients: bool = False,
+    with_stops: bool = False,
+    with_shares: bool = False,
 ) -> SimpleNamespace:
     """Return ``composite_adjoint``, ``gather_paths_adjoint``, ``gather_tiles`` and ``gather_canvas``.
 
@@ -50,6 +55,7 @@ def make_kernels(
         with_curvature: whether to fill the fifth sum of each pair.
         with_gradients: whether the scene has gradients; if not, their arrays are not touched.
         with_stops: whether it has gradients of several or translucent stops; ``with_gradients`` is then False.
+        with_shares: whether colours answer for other shares of the pixels than they cover; all paths are then flat.
     """
     dtype, vec3, vec4, vector = lanes.dtype, lanes.vec3, lanes.vec4, lanes.vector
     v = lanes.functions
@@ -68,6 +74,7 @@ def make_kernels(
     local_array = lanes.tile_vectors > 1
     zero, one = wp.constant(dtype(0.0)), wp.constant(dtype(1.0))
     suffix = "_fused" * fused + "_curvature" * with_curvature + "_gradients" * with_gradients + "_stops" * with_stops
+    suffix += "_shares" * with_shares
     module = stage_module(f"compositing_adjoint{suffix}", lanes)
 
     @wp.func
@@ -162,6 +169,7 @@ def make_kernels(
         stack_depth: int,  # entries of a shared stack
         stack_first: int,  # entries of the tiles before those of this launch, if every tile has its own
         stack: wp.array(dtype=vector),  # [entries, 3, TILE TILE / width] scratch: the colour behind each hit
+        slot_share: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width] of the colour: ``with_shares`` only
         # in: winding, out: dL/d(winding)
         slot_winding: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         # outputs
@@ -343,9 +351,13 @@ def make_kernels(
                     seen_alpha = v.mul(v.mul(adj_alpha, full_alpha), covered)
                     covered = v.mul(covered, stop_alpha)
                 visible = v.mul(t, v.mul(full_alpha, covered))
-                adj_red = v.fma(visible, a0, adj_red)
-                adj_green = v.fma(visible, a1, adj_green)
-                adj_blue = v.fma(visible, a2, adj_blue)
+                shown = visible
+                if wp.static(with_shares):
+                    if not is_full:
+                        shown = v.mul(t, v.mul(full_alpha, v.load(slot_share, winding0 + i)))
+                adj_red = v.fma(shown, a0, adj_red)
+                adj_green = v.fma(shown, a1, adj_green)
+                adj_blue = v.fma(shown, a2, adj_blue)
                 adj_opacity = v.fma(adj_alpha, covered, adj_opacity)
                 if wp.static(with_gradients):
                     if kind != wp.static(FLAT):

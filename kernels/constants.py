@@ -127,6 +127,20 @@ RELEASED_ALPHA_MAX = 0.99
 """Maximum alpha by which the adjoint of Vector Scaffolding's code divides, from the backward pass of gsplat's 2D
 kernel. Its forward pass has SPLAT_ALPHA_MAX."""
 
+COLOR_FALLOFF = 4.0
+"""The gradient that the colour of a path gets through an interior Gaussian is multiplied by 1 - exp(-COLOR_FALLOFF d).
+There d = |u| + |v|, and u and v run from -1 to 1 along a line and across the lines (Bezier Splatting's code)."""
+
+XING_TRIPLE = 3
+"""Legs of the control polygon of two sides that the Xing term looks at together (Bezier Splatting's code)."""
+
+XING_NORM_ADDED = 1e-8
+"""Added to the product of the lengths of two legs, in half sides, before a sine is divided by it (its code)."""
+
+LOGIT_MARGIN = 1e-7
+"""Where a path has three opacities, they stay this far from 0 and 1 in the logits of which those of lines are blends.
+It is the precision of a float32 near 1."""
+
 SPLAT_GROUP = 8
 """Number of neighbouring samples of a line that share a bounding box. The box is tested first: 9 tests for 8 samples
 where it is hit, 1 where it is missed."""

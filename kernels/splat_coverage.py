@@ -33,8 +33,12 @@ def make_functions(lanes: Lanes) -> SimpleNamespace:
 
 
 @made_once
-def make_kernels(lanes: Lanes) -> SimpleNamespace:
-    """Return ``cover_splats``."""
+def make_kernels(lanes: Lanes, with_shares: bool = False) -> SimpleNamespace:
+    """Return ``cover_splats``; ``with_shares`` it also writes for which share of a pixel the path's colour answers.
+
+    That share weighs what each Gaussian adds to the coverage. What it adds depends on the order: the sides come first,
+    then the lines from one side to the other, as in Bezier Splatting's code.
+    """
     dtype, vector = lanes.dtype, lanes.vector
     v = lanes.functions
     gaussian = make_functions(lanes).gaussian
@@ -45,7 +49,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     planes, group_size = wp.constant(PLANES), wp.constant(SPLAT_GROUP)
     tile_vectors, tile_threads = wp.constant(lanes.tile_vectors), wp.constant(lanes.tile_threads)
     local_array = lanes.tile_vectors > 1
-    module = stage_module("splat_coverage", lanes)
+    module = stage_module("splat_coverage" + "_shares" * with_shares, lanes)
 
     @wp.kernel(module=module)
     def cover_splats(
@@ -56,7 +60,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         pair_slot: wp.array(dtype=int),  # [K + 1]
         splats: wp.array(dtype=dtype),  # [N, rows, PLANES, samples]
         group_box: wp.array(dtype=wp.vec4i),  # [N rows, groups + 1] px
-        opacity: wp.array(dtype=dtype),  # [N]
+        row_opacity: wp.array(dtype=dtype),  # [N rows]
         row_count: int,
         sample_count: int,
         sample_stride: int,
@@ -65,9 +69,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         height: int,
         width_px: int,
         transmittance_min: dtype,
+        color_weight: wp.array2d(dtype=dtype),  # [rows, samples], ``with_shares`` only
         # outputs
         slot_coverage: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width]
         slot_transmittance: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width] of the path alone
+        slot_share: wp.array(dtype=vector),  # [slots, COLUMNS, TILE / width], ``with_shares`` only
         pair_is_visible: wp.array(dtype=int),  # [K]
         tile_first_visible: wp.array(dtype=int),  # [tiles]
     ):
@@ -85,9 +91,13 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         if wp.static(local_array):
             light = wp.zeros(shape=(tile_vectors,), dtype=vector)
             passed = wp.zeros(shape=(tile_vectors,), dtype=vector)
+            if wp.static(with_shares):
+                share = wp.zeros(shape=(tile_vectors,), dtype=vector)
         else:
             light = v.spread(one)
             passed = v.spread(one)
+            if wp.static(with_shares):
+                share = v.spread(zero)
         for i in range(tile_vectors):
             v.put(light, i, pixels.on_canvas(tile, lane * tile_vectors + i, tile_columns, height, width_px))
         is_lit = int(1)
@@ -95,10 +105,16 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             hit -= 1
             pair = hit_pair[hit]
             path = pair_path[pair]
-            o = opacity[path]
             for i in range(tile_vectors):
                 v.put(passed, i, v.spread(one))
-            for row in range(path * row_count, (path + 1) * row_count):
+                if wp.static(with_shares):
+                    v.put(share, i, v.spread(zero))
+            for turn in range(row_count):
+                own_row = turn
+                if wp.static(with_shares):
+                    own_row = wp.where(turn < 2, turn * (row_count - 1), turn - 1)
+                row = path * row_count + own_row
+                o = row_opacity[row]
                 row_box = group_box[row * (group_count + 1) + group_count]
                 if row_box[0] < left + TILE and row_box[2] > left and row_box[1] < top + TILE and row_box[3] > top:
                     for group in range(group_count):
@@ -121,6 +137,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                                         alpha = v.minimum(alpha, v.spread(alpha_max))
                                         alpha = v.where_less(alpha, v.spread(alpha_min), v.spread(zero), alpha)
                                         p = v.get(passed, column - own_left)
+                                        if wp.static(with_shares):
+                                            part = color_weight[own_row, group * group_size + splat - splat0]
+                                            s = v.get(share, column - own_left)
+                                            added = v.fma(v.spread(part), v.mul(p, alpha), s)
+                                            v.put(share, column - own_left, added)
                                         v.put(passed, column - own_left, v.fnma(p, alpha, p))
             brightest = v.spread(zero)
             slot0 = pixels.winding_index(pair_slot[pair], lane * tile_vectors)
@@ -128,6 +149,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
                 p = v.get(passed, i)
                 slot_transmittance[slot0 + i] = p
                 slot_coverage[slot0 + i] = v.sub(v.spread(one), p)
+                if wp.static(with_shares):
+                    slot_share[slot0 + i] = v.get(share, i)
                 rest = v.mul(v.get(light, i), p)
                 v.put(light, i, rest)
                 brightest = v.maximum(brightest, rest)

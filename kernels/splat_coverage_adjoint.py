@@ -48,7 +48,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
         pair_slot: wp.array(dtype=int),  # [K + 1]
         pair_is_visible: wp.array(dtype=int),  # [K]
         splats: wp.array(dtype=dtype),  # [N, rows, PLANES, samples]
-        opacity: wp.array(dtype=dtype),  # [N]
+        row_opacity: wp.array(dtype=dtype),  # [N rows]
         row_count: int,
         sample_stride: int,
         height: int,
@@ -71,7 +71,7 @@ def make_kernels(lanes: Lanes, covariance: bool) -> SimpleNamespace:
             weight_xx, weight_xy, weight_yy = v.spread(zero), v.spread(zero), v.spread(zero)
         reach_x = splats[splat + 5 * sample_stride]
         if reach_x >= zero:
-            x, y, o = splats[splat], splats[splat + sample_stride], opacity[path]
+            x, y, o = splats[splat], splats[splat + sample_stride], row_opacity[row]
             pxx, pxy = splats[splat + 2 * sample_stride], splats[splat + 3 * sample_stride]
             pyy, reach_y = splats[splat + 4 * sample_stride], splats[splat + 6 * sample_stride]
             left, right = covered(x - reach_x, x + reach_x, width_px)

@@ -134,7 +134,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         first: int,
         points: wp.array2d(dtype=dtype),  # [N P, 2] px
         point_count: int,  # P
-        opacity: wp.array(dtype=dtype),  # [N]
+        row_opacity: wp.array(dtype=dtype),  # [N rows]
         basis: wp.array(dtype=vector),  # [KINDS, 2 sides, P, samples]
         spacing_factor: wp.array(dtype=vector),  # [samples] sx divided by the distance to the next sample
         row_weight: wp.array(dtype=dtype),  # [rows] w_r
@@ -162,8 +162,6 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         btx = sides.combine(points, path, point_count, 0, basis, 5, block, block_count)
         bty = sides.combine(points, path, point_count, 1, basis, 5, block, block_count)
         gap = v.mul(v.spread(across), sides.norm(v.sub(bx, ax), v.sub(by, ay)))
-        # The Gaussian is dropped where q > reach2.
-        reach2 = two * wp.log(wp.max(opacity[path] / alpha_min, one))
         sample = v.ramp_from(dtype(block * width))
         for row in range(row_count):
             w = row_weight[row]
@@ -175,6 +173,8 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             tx, ty = sides.blend(atx, btx, w), sides.blend(aty, bty, w)
             ux, uy = sides.direction(tx, ty, sides.inverse_norm(tx, ty))
             vx, vy = v.mul(sx, sx), v.mul(sy, sy)
+            # The Gaussian is dropped where q > reach2.
+            reach2 = two * wp.log(wp.max(row_opacity[path * row_count + row] / alpha_min, one))
             px, py = v.quotient(v.spread(one), vx), v.quotient(v.spread(one), vy)
             uxx, uxy, uyy = v.mul(ux, ux), v.mul(ux, uy), v.mul(uy, uy)
             reach_x = v.root(v.mul(v.spread(reach2), v.fma(uxx, vx, v.mul(uyy, vy))))

@@ -112,6 +112,23 @@ def test_a_fit_records_hardly_any_graph_and_chains_read_nothing(counts: Counts) 
     assert counts["count reads in chains"] == 4 * DIRECT_STEPS
 
 
+@pytest.mark.parametrize(
+    "settings", [{"preset": "paper", "samples": 8, "lines": 3}, {"renderer": "splat", "samples": 8}]
+)
+def test_fits_of_gaussians_have_chains_too(
+    settings: dict[str, Any], counts: Counts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The preset looks at the paths before each of its inflations, by which a chain must have ended."""
+    config = make_config(**{"curves": 24, "iterations": 150, "inflation_gap": 25, "device": "cpu", **settings})
+    with Reads(counts):
+        got = fit(small_photo(), config)
+    assert counts["graphs"] <= 5 and counts["replays in chains"] > 0.9 * 150 - 20
+    assert counts["reads in chains"] == 0
+    monkeypatch.setattr(loop, "can_chain", lambda *args: False)
+    want = fit(small_photo(), config)
+    assert all(map(torch.equal, values_of(got), values_of(want)))
+
+
 def test_more_paths_than_there_is_room_for_get_a_larger_arena(counts: Counts) -> None:
     """A drawing to begin with may have more segments a path than the settings."""
     start = fit(small_photo(), make_config(curves=12, segments=9, iterations=40, device="cpu")).scene

@@ -71,6 +71,7 @@ FITS: dict[str, dict[str, Any]] = {
     "min area": {"min_area": 3.0},
     "splat": {"renderer": "splat", **SPLAT},
     "paper": {"preset": "paper", **SPLAT},
+    "released": {"preset": "paper-released", **SPLAT},
     "replacement": {"preset": "bezier-splatting", "replace_gap": 4, **SPLAT},
     "replacement of areas": {"policy": "replacement", "replace_gap": 3, "z_order": "area"},
     "one generation": {"one_generation": True},

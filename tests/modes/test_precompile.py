@@ -61,7 +61,8 @@ def test_a_run_after_it_compiles_nothing(tmp_path: Path) -> None:
     assert loaded(noted, "run", drawing, tmp_path / "out.svg", "--mode", "flat", "--quiet") <= compiled
     settings = ["--curves", 20, "--device", "cpu", "--quiet"]
     many = ["--iterations", 60, "--recycle-gap", 10]
-    for fit in (many, ["--preset", "paper", "--iterations", 5], ["--gradients", 8, *many]):
+    papers = [["--preset", preset, "--iterations", 5] for preset in ("paper", "paper-released", "bezier-splatting")]
+    for fit in (many, *papers, ["--renderer", "splat", *many], ["--gradients", 8, *many]):
         assert loaded(noted, "run", photo, tmp_path / "out.svg", *fit, *settings) <= compiled
 
 

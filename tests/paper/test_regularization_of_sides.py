@@ -228,7 +228,7 @@ def test_the_adjoints_are_added():
     black = torch.zeros(6, 3).double()
     scene = Scene.uniform(points, black, opacity, black[0], torch.zeros(6).long(), 5)
     got = [torch.full((12, 5, 2), 2.0).double(), torch.full((6,), 3.0).double()]
-    SideTerms(HEIGHT, WIDTH, config_of(xing_weight=1.0)).add_adjoint(scene, *got)
+    SideTerms(HEIGHT, WIDTH, config_of(xing_weight=1.0), "cpu").add_adjoint(scene, *got)
     leaves = [points.clone().requires_grad_(), opacity.clone().requires_grad_()]
     want = torch.autograd.grad(side_terms(*leaves, WIDTH, HEIGHT, config_of(xing_weight=1.0)), leaves)
     torch.testing.assert_close(got[0].view_as(points) - 2.0, want[0], rtol=0, atol=1e-14)

@@ -34,6 +34,7 @@ class Settings:
     degree: int = 3
     interior_gradient: bool = True
     covariance_gradient: bool = False
+    color_falloff: bool = False
 
 
 class Gaussians(NamedTuple):
@@ -69,14 +70,25 @@ def render(
     Args:
         points: control points [N, degree * pieces, 2] in pixels.
         color: fill [N, 3] in [0, 1].
-        opacity: opacity of each Gaussian of a path [N] in [0, 1].
+        opacity: opacity of each Gaussian of a path [N], or of each row of a path [N, rows], in [0, 1].
         background: background colour [3] in [0, 1].
         height: rows of the canvas.
         width: columns of the canvas.
         settings: how paths are sampled and what their gradients see.
     """
-    coverage = path_alpha(gaussians(points, settings), opacity, height, width)
-    return composite(coverage, color, torch.ones_like(opacity), background)
+    found = gaussians(points, settings)
+    coverage = path_alpha(found, opacity, height, width)
+    image = composite(
+        coverage, color.detach() if settings.color_falloff else color, torch.ones_like(color[:, 0]), background
+    )
+    if settings.color_falloff:
+        with torch.no_grad():
+            share, light = color_shares(found, opacity, height, width), torch.ones(height, width, dtype=color.dtype)
+            for row in reversed(range(len(color))):
+                share[row] *= light
+                light = light * (1 - coverage[row])
+        image = image + (share[..., None] * (color - color.detach())[:, None, None]).sum(0)
+    return image
 
 
 def gaussians(points: Tensor, settings: Settings) -> Gaussians:
@@ -132,7 +144,8 @@ def end_factors(samples: int) -> Tensor:
 def peak(gaussians: Gaussians, row: int, opacity: Tensor, height: int, width: int) -> Tensor:
     """Return o exp(-q / 2) of each Gaussian of path ``row`` at each pixel centre [rows, samples, h, w], not clipped."""
     mean, frame, scale = (tensor[row, :, :, None] for tensor in gaussians[:3])
-    values = _bell(mean, frame, scale, opacity[row], _pixel_centers(height, width).to(mean))
+    own = opacity[row].reshape(-1, 1, 1)
+    values = _bell(mean, frame, scale, own, _pixel_centers(height, width).to(mean))
     return values.reshape(*values.shape[:2], height, width)
 
 
@@ -142,18 +155,39 @@ def path_alpha(gaussians: Gaussians, opacity: Tensor, height: int, width: int) -
     return torch.stack(layers) if layers else opacity.new_zeros(0, height, width)
 
 
+def color_shares(gaussians: Gaussians, opacity: Tensor, height: int, width: int) -> Tensor:
+    """Return for which share [N, h, w] of each pixel the colour of a path answers: what its Gaussians add, weighted.
+
+    They are drawn one after another: side A, side B, and the lines from A to B.
+    """
+    shares = opacity.new_zeros(len(opacity), height, width)
+    lines, samples = gaussians.mean.shape[1] - 2, gaussians.mean.shape[2]
+    for path in range(len(opacity)):
+        alpha = peak(gaussians, path, opacity, height, width)
+        alpha = torch.where(alpha < ALPHA_MIN, 0.0, alpha.clamp(max=ALPHA_MAX))
+        left = torch.ones_like(shares[path])
+        for row in [0, lines + 1, *range(1, lines + 1)]:
+            for k in range(samples):
+                u, v = 2 * k / (samples - 1) - 1, (2 * (row - 1) / (lines - 1) - 1 if lines > 1 else -1)
+                weight = 1.0 if row in (0, lines + 1) else 1 - math.exp(-4 * (abs(u) + abs(v)))
+                shares[path] += weight * left * alpha[row, k]
+                left = left * (1 - alpha[row, k])
+    return shares
+
+
 def _one_path(gaussians: Gaussians, row: int, opacity: Tensor, height: int, width: int) -> Tensor:
     mean, frame, scale = (tensor[row].flatten(0, 1) for tensor in gaussians[:3])
+    opacity = opacity.reshape(-1, 1).expand(gaussians.mean.shape[1], gaussians.mean.shape[2]).reshape(-1)
     pixels = _pixel_centers(height, width).to(mean)
     with torch.no_grad():
         # Every Gaussian at every pixel; dropped ones have no gradient either.
         found = [
-            (_bell(*(tensor[block, None] for tensor in (mean, frame, scale)), opacity, pixels) >= ALPHA_MIN).nonzero()
+            (_bell(*(tensor[block, None] for tensor in (mean, frame, scale, opacity)), pixels) >= ALPHA_MIN).nonzero()
             + block.new_tensor([int(block[0]), 0])
             for block in torch.arange(len(mean)).split(64)
         ]
     which, where = torch.cat(found).T
-    alpha = _bell(mean[which], frame[which], scale[which], opacity, pixels[where]).clamp(max=ALPHA_MAX)
+    alpha = _bell(mean[which], frame[which], scale[which], opacity[which], pixels[where]).clamp(max=ALPHA_MAX)
     # The product is computed with logarithms, whose arguments are at least 1 - ALPHA_MAX.
     total = alpha.new_zeros(len(pixels)).index_add(0, where, torch.log1p(-alpha))
     return (1 - total.exp()).reshape(height, width)

@@ -44,9 +44,9 @@ def test_kernels_compile_ahead_of_time(stage: str, variant: tuple[bool, ...]) ->
     is_adjoint = stage == "compositing_adjoint"
     most = (
         STOP_REGISTERS
-        if is_adjoint and variant[-1]
+        if is_adjoint and variant[3]
         else GRADIENT_REGISTERS
-        if is_adjoint and variant[-2]
+        if is_adjoint and variant[2]
         else BY_AXIS_REGISTERS
         if stage == "population" and variant[-1]
         else REGISTERS_MAX

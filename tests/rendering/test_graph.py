@@ -14,6 +14,7 @@ from stepping import KINDS, Moving, check_equal, copied
 from warpvec.rendering import graph
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.graph import RecordedStep
+from warpvec.rendering.tile_renderer import Adjoints
 
 
 @pytest.fixture
@@ -65,6 +66,26 @@ def test_direct_steps_between_replays_keep_the_recording(
         moving.check_step()
         assert not want_removal_cost or torch.equal(got.color, moving.plain.fit_step(fewer, moving.target).color)
     assert len(launches) == 4 and len(set(map(id, launches))) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("count", "draws"), [(7, 1), (400, 2)])
+def test_drawing_within_the_capacity_reads_no_counts_unless_it_is_exceeded(kind: str, count: int, draws: int) -> None:
+    """With 400 paths the recorded capacity is too small, and the second drawing reads its counts."""
+    moving = Moving(kind, random_scene(1, 20, 60, 70))
+    for _ in range(3):
+        moving.check_step()
+    other = inputs(random_scene(2, count, 60, 70), moving.renderer)
+    limits = []
+
+    def draw() -> Adjoints:
+        limits.append(moving.renderer._launch.capacity.limit)
+        return moving.renderer.fit_step(other, moving.target, True)
+
+    got = moving.recorded.within(draw)
+    check_equal(got, moving.plain.fit_step(other, moving.target, True))
+    assert len(limits) == draws and limits[0] is not None
+    moving.check_step()
 
 
 def test_a_pause_keeps_the_recording(launches: list[object]) -> None:

@@ -45,38 +45,53 @@ class Held(NamedTuple):
 class Arena:
     """Memory for ``path_room`` paths of ``segment_room`` segments on ``device``.
 
+    If paths are equal, the memory is a uniform scene: the room then has paths without an extent off the canvas.
+
     Attributes:
         padded: the whole memory as a scene.
         rows, segment_age, age: the whole memory of `Held`.
         counts: number of paths [1] (int32).
     """
 
-    def __init__(self, held: Held, path_room: int, segment_room: int) -> None:
+    def __init__(self, held: Held, path_room: int, segment_room: int, is_equal: bool = False) -> None:
         scene, device = held.scene, held.scene.segments.device
-        paths, rows = path_room + 1, segment_room
+        # The segments of the room are those of one more path, unless all paths are equal.
+        paths, rows = path_room + (not is_equal), segment_room
 
         def blank(*shape: int, dtype: torch.dtype = torch.float32) -> Tensor:
             return torch.zeros(shape, dtype=dtype, device=device)
 
         self._path_room, self._segment_room = path_room, segment_room
+        self._is_equal = is_equal
         widths = [values.shape[-1] for values in held.rows]
         self.rows = tuple(blank(PLANES, n, width) for n, width in zip((rows, paths, paths), widths, strict=True))
         self.segment_age, self.age = (blank(n, dtype=torch.int64) for n in (rows, paths + 1))
         self.counts = blank(1, dtype=torch.int32)
         names = ("loop_first_segment", "path_first_loop", "segment_path", "segment_next", "segment_previous")
         sizes = (paths + 1, paths + 1, rows, rows, rows)
-        self._tables = {name: blank(n, dtype=torch.int32) for name, n in zip(names, sizes, strict=True)}
-        self._tables["path_first_loop"].copy_(torch.arange(paths + 1))  # a loop a path
-        first, loops = self._tables["loop_first_segment"], self._tables["path_first_loop"]
-        structure = Structure(first, loops, check=False)
-        # What these are made from changes in its memory, and so do they.
-        vars(structure).update(self._tables, path_first_segment=first, _last_segment=rows)
+        if is_equal:
+            self._tables: dict[str, Tensor] = {}
+            structure = Structure.uniform(paths, rows // paths, device)
+        else:
+            self._tables = {name: blank(n, dtype=torch.int32) for name, n in zip(names, sizes, strict=True)}
+            self._tables["path_first_loop"].copy_(torch.arange(paths + 1))  # a loop a path
+            first, loops = self._tables["loop_first_segment"], self._tables["path_first_loop"]
+            structure = Structure(first, loops, check=False)
+            # What these are made from changes in its memory, and so do they.
+            vars(structure).update(self._tables, path_first_segment=first, _last_segment=rows)
         segments = blank(rows, *scene.segments.shape[1:])
         looks = (blank(paths, 3), blank(paths), scene.background, blank(paths, dtype=torch.int64))
         self.padded = Scene(segments, structure, *looks, scene.transparent)
 
+    @staticmethod
+    def of_equal_paths(held: Held, path_room: int) -> Arena:
+        """Return memory for ``path_room`` paths of as many segments as each path of the uniform scene has."""
+        return Arena(held, path_room, path_room * held.scene.piece_count, is_equal=True)
+
     def has_room(self, scene: Scene) -> bool:
         """Return whether ``scene`` is plain, and small enough."""
+        if self._is_equal and scene.structure.uniform_count != self.padded.structure.uniform_count:
+            return False
         fits = len(scene) <= self._path_room and scene.structure.segment_count <= self._segment_room
         return fits and is_plain(scene)
 
@@ -84,7 +99,8 @@ class Arena:
         """Copy the paths into this memory, and return them there."""
         scene, padded = held.scene, self.padded
         count, rows = len(scene), scene.structure.segment_count
-        self._follow(scene.structure)
+        if not self._is_equal:  # else the structure of the whole memory stays
+            self._follow(scene.structure)
         padded.segments[:rows] = scene.segments
         padded.segments[rows:] = OFF_CANVAS
         for name in ("color", "opacity"):
@@ -121,5 +137,6 @@ class Arena:
 def is_plain(scene: Scene) -> bool:
     """Return whether every path of ``scene`` is one loop of curves with a flat fill."""
     structure = scene.structure
-    more = (scene.gradients, scene.strokes, scene.forms, scene.softness, structure.is_line, structure.is_open)
+    groups = (scene.gradients, scene.strokes, scene.forms, scene.softness, scene.side_opacity)
+    more = (*groups, structure.is_line, structure.is_open)
     return all(each is None for each in more) and structure.loop_count == structure.path_count

@@ -21,7 +21,6 @@ def can_chain(config: FitConfig, target: Target, regularizer: Regularizer, has_g
     """Return whether a fit with ``config`` can have chains: all that an iteration does are launches of kernels."""
     is_plain = not (config.lod or config.colors or config.palette or config.gradients or config.closing_line)
     is_plain = is_plain and not has_grid and config.z_order == "creation" and config.opacity == "free"
-    is_plain = is_plain and config.renderer == "exact" and config.policy == "scaffolding"
     return is_plain and target.can_chain and regularizer.can_record
 
 

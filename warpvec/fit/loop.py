@@ -198,7 +198,7 @@ class _Fit:
             return 0
         end = min(self._iteration + CHAIN_MAX, self._iteration_count)
         for iteration in range(self._iteration + 1, end + 1):
-            if any(self._wants(iteration)):
+            if any(self._wants(iteration)) or self._policy.looks_before(iteration, self._iteration_count):
                 return iteration - 1 - self._iteration
             if self._is_looking(iteration):
                 return iteration - self._iteration
@@ -236,6 +236,8 @@ class _Fit:
             self._target.make_room()
             adjoints = self._differentiate(iteration, *wanted)
         adj_opacity = adjoints.opacity.contiguous()
+        if adjoints.side_opacity is not None:
+            adj_opacity = torch.cat([adj_opacity[:, None], adjoints.side_opacity], 1)
         self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
         factor = schedule.lr_factor(iteration, config, self._iteration_count)
         if takes_palette:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import torch
 from torch import Tensor
 
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.side_opacity import SideOpacity
 
 PLANES = 5
 """Planes of a parameter: its values, three averages of its gradient, and the previous gradient."""
@@ -50,8 +52,11 @@ class Parametrization:
         return self.half_side if self.half_sides is None else segments.new_tensor(self.half_sides)
 
     def fresh_rows(self, scene: Scene) -> tuple[Tensor, ...]:
-        """Return planes for segments [5, R, 2 M], colours [5, N, 3] and opacities [5, N, 1], with a state of zeros."""
-        opacity = scene.opacity.logit(_LOGIT_MARGIN)[:, None]
+        """Return planes for segments [5, R, 2 M], colours [5, N, 3] and opacities, with a state of zeros.
+
+        Opacities are [5, N, 1], or [5, N, 3] if paths have others at their sides.
+        """
+        opacity = all_opacities(scene).logit(_LOGIT_MARGIN)
         return tuple(fresh_planes(raw) for raw in (self.raw_segments(scene), self.raw_color(scene.color), opacity))
 
     def raw_segments(self, scene: Scene) -> Tensor:
@@ -70,7 +75,11 @@ class Parametrization:
         """Return the scene that the parameters in ``rows`` stand for, in the shapes of ``scene``."""
         segments, color, opacity = (values[0] for values in rows)
         segments = segments.reshape(scene.segments.shape) * self._unit_of(scene.segments)
-        return replace(scene, segments=segments, color=self.to_color(color), opacity=opacity[:, 0].sigmoid())
+        shown = opacity.sigmoid()
+        sides = None if scene.side_opacity is None else SideOpacity(shown[:, 1:].contiguous())
+        return replace(
+            scene, segments=segments, color=self.to_color(color), opacity=shown[:, 0].contiguous(), side_opacity=sides
+        )
 
 
 def fresh_planes(raw: Tensor) -> Tensor:
@@ -78,3 +87,9 @@ def fresh_planes(raw: Tensor) -> Tensor:
     rows = raw.new_zeros(PLANES, *raw.shape)
     rows[0] = raw
     return rows
+
+
+def all_opacities(scene: Scene) -> Tensor:
+    """Return the opacities of ``scene`` [N, 1], or [N, 3] with those at the sides of paths."""
+    middle = scene.opacity[:, None]
+    return middle if scene.side_opacity is None else torch.cat([middle, scene.side_opacity.value], 1)

@@ -66,7 +66,7 @@ class Population:
         self._fixed_background = has_fixed_background(config, scene)
         self._opacity = FIXED_OPACITIES.get(config.opacity)
         self._palette: Palette | None = None
-        # Parameters and state: segments [5, R, 2 M], colour [5, N, 3], opacity [5, N, 1] and background [5, 1, 3].
+        # Parameters and state: segments [5, R, 2 M], colour [5, N, 3], opacity [5, N, 1 or 3] and background [5, 1, 3].
         self._rows = self._parameters.fresh_rows(scene)
         self._background = fresh_planes(self._parameters.raw_color(scene.background)[None])
         device = scene.segments.device
@@ -112,6 +112,7 @@ class Population:
     ) -> None:
         """Take an optimizer step from the adjoints of ``scene``'s values, with learning rates multiplied by ``factor``.
 
+        That of opacities is [N], or [N, 3] if paths have others at their sides.
         If ``fits`` [1], on the device, is -1 and not 1, the step changes nothing.
         """
         if fits is None:
@@ -122,7 +123,8 @@ class Population:
             torch.mul(fits, factor, out=self._take_step.factor)
             self._age += fits > 0.0
             self._segment_age += fits > 0.0
-        adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        opacities = adj_opacity if adj_opacity.dim() == 2 else adj_opacity[:, None]
+        adjoints = (adj_segments.contiguous().flatten(1), adj_color, opacities, adj_background[None])
         self._take_step(adjoints, not self._fixed_background)
         self._constrain()
         self._copy = None
@@ -350,7 +352,10 @@ class Population:
             return self._arena
         paths = max(self._config.curves, len(scene))
         rows = max(self._config.segments * paths, scene.structure.segment_count)
-        return Arena(Held(scene, self._rows, self._segment_age, self._age), paths, int(SEGMENT_ROOM * rows) + 1)
+        held = Held(scene, self._rows, self._segment_age, self._age)
+        if self._config.renderer != "exact":  # which draws nothing but equal paths
+            return Arena.of_equal_paths(held, paths)
+        return Arena(held, paths, int(SEGMENT_ROOM * rows) + 1)
 
     def _constrain(self) -> None:
         """Straighten lines, and apply opaque paths and the palette, in the live scene in place."""

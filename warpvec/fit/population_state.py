@@ -95,7 +95,7 @@ class StateCheck:
             state,
             segments=floats(PLANES, rows, 2 * self.like.degree),
             color=floats(PLANES, path_count, 3),
-            opacity=floats(PLANES, path_count, 1),
+            opacity=floats(PLANES, path_count, 1 if self.like.side_opacity is None else 3),
             background=floats(PLANES, 1, 3),
             segment_age=wholes(rows, high=iteration),
             age=wholes(path_count + 1, high=iteration),
@@ -125,6 +125,9 @@ class StateCheck:
             drawn = drawn_colors(state["palette"]["free"], state["palette"]["entry"])
             color, background = drawn[:-1], background if live.transparent else drawn[-1]
         shown = {"segments": made.segments, "color": color, "opacity": opacity, "background": background}
+        if made.side_opacity is not None and live.side_opacity is not None:
+            is_same = torch.allclose(made.side_opacity.value, live.side_opacity.value, rtol=1e-4, atol=1e-4)
+            require(is_same, "population.live.side_opacity", "does not go with the parameters of the paths")
         for name, value in shown.items():
             is_same = torch.allclose(value, getattr(live, name), rtol=1e-4, atol=self._rounding(name))
             require(is_same, f"population.live.{name}", "does not go with the parameters of the paths")
@@ -170,6 +173,7 @@ def check_scene(name: str, value: Any, like: Scene, path_count: int, generation_
         generation=wholes(path_count, high=generation_max),
         transparent=exactly(like.transparent),
         gradients=maybe(gradients),
+        **({} if like.side_opacity is None else {"side_opacity": floats(path_count, 2, **_UNIT)}),
     )
     if is_uniform:
         require(count is not None and rows == count * path_count, f"{name}.segments", "has another number of rows")

@@ -11,7 +11,7 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.parametrization import Parametrization
+from warpvec.fit.parametrization import Parametrization, all_opacities
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
 from warpvec.kernels.constants import TILE
@@ -67,7 +67,9 @@ class PopulationStep:
         self._path_count, self._segment_count, self._ages = len(scene), scene.structure.segment_count, age_arrays
         count = as_warp(counts, wp.int32, whole=True)
         self._settings = [len(scene), count, lanes.vec2(*unit), color_form, *rates, *betas, first_segment, *age_arrays]
-        outputs = (scene.segments.flatten(1), scene.color, scene.opacity[:, None], scene.background[None])
+        # Three opacities a path are written to memory of their own, and copied.
+        self._opacities, self._scene = all_opacities(scene), scene
+        outputs = (scene.segments.flatten(1), scene.color, self._opacities, scene.background[None])
         self._arrays = [as_warp(values, dtype, whole=True) for values in (*planes, *outputs)]
 
     def begin(self, step_fits: Tensor, fits: Tensor) -> None:
@@ -83,11 +85,15 @@ class PopulationStep:
     def __call__(self, adjoints: Sequence[Tensor], has_background: bool) -> None:
         """Step the paths, and the background if it is a parameter.
 
-        ``adjoints`` are those of the segments [R, 2 M], colours [N, 3], opacities [N, 1] and background [1, 3].
+        ``adjoints`` are those of the segments [R, 2 M], colours [N, 3], opacities [N, 1 or 3] and background
+        [1, 3].
         """
         arrays = [_strided(values) for values in adjoints]
         count = self._path_count + has_background
         self._launch(self._kernel, count * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
+        if self._scene.side_opacity is not None:
+            self._scene.opacity.copy_(self._opacities[:, 0])
+            self._scene.side_opacity.value.copy_(self._opacities[:, 1:])
 
 
 def _strided(values: Tensor) -> Any:

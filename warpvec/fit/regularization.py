@@ -219,11 +219,18 @@ def _tips(legs: Tensor, t: float) -> Tensor:
 
 @cache
 def _reach(degree: int, t: float, dtype: torch.dtype, device: torch.device) -> Tensor:
-    # The vector from a curve's start to t is a sum of its legs, each weighted by the Bernstein weights of the points
-    # after it. The vector from 1 - t to its end is the mirror image.
-    weights = [math.comb(degree, j) * (1 - t) ** (degree - j) * t**j for j in range(degree, 0, -1)]
-    first = list(itertools.accumulate(weights))[::-1]
+    # The vector from 1 - t to a curve's end is the mirror image of that from its start to t.
+    first = tip_reach(degree, t)
     return torch.tensor([first, first[::-1]], dtype=dtype, device=device)
+
+
+def tip_reach(degree: int, t: float) -> list[float]:
+    """Return the weights of the ``degree`` legs of a curve in the vector from its start to the parameter ``t``.
+
+    Each is the sum of the Bernstein weights of the points after the leg.
+    """
+    weights = [math.comb(degree, j) * (1 - t) ** (degree - j) * t**j for j in range(degree, 0, -1)]
+    return list(itertools.accumulate(weights))[::-1]
 
 
 def _outside(anchors: Tensor) -> Tensor:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import reduce
+from functools import partial, reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -121,7 +121,7 @@ class Target:
             if not self._is_shiftable:
                 self._make_shiftable()
         mattes = [scene.background if matte is None else matte for _, matte in self._views]
-        images = self._renderer.render_over(scene, mattes)
+        images = self._steps[0].within(lambda: list(self._renderer.render_over(scene, mattes)))
         for view, (image, similarity) in enumerate(zip(images, self._similarities, strict=True)):
             pixels, _ = self._views[view]
             shift = similarity.shift(image, weight * (image - pixels).square().mean())
@@ -158,18 +158,21 @@ class Target:
         """
         parts, outlines = [], []
         for view in range(len(self._views)):
-            parts.append(self._take(view, scene, True))
+            parts.append(self._take(view, scene, True, want_outlines=True))
             outlines.append(self._exact.outline_adjoint(scene))
         adjoints = _mean_adjoints(parts)
         contrast = adjoints.contrast(scene.opacity)
         outline = OutlineStep(reduce(OutlineAdjoint.averaged, outlines), contrast.cpu().double())
         return adjoints, outline
 
-    def _take(self, view: int, scene: Scene, want_removal_cost: bool) -> Adjoints:
+    def _take(self, view: int, scene: Scene, want_removal_cost: bool, want_outlines: bool = False) -> Adjoints:
         prepared, matte = self._prepared[view]
         shown = _over(scene, matte)
         if self.blur is None:
-            adjoints = self._steps[view].take(shown, prepared, want_removal_cost)
+            step = partial(self._steps[view].take, shown, prepared, want_removal_cost)
+            # No graph has removal costs, but its capacity will do. Figures along outlines need the step's counts.
+            is_bounded = want_removal_cost and not want_outlines
+            adjoints = self._steps[view].within(step) if is_bounded else step()
         else:
             pixels = self._views[view][0]
             adjoints = blurred_step(self._renderer, shown, pixels, self.blur, want_removal_cost)
@@ -304,13 +307,14 @@ class Target:
         """
         if self.blur is None and not self._similarities:
             views = [(each, scene.background if matte is None else matte) for each, matte in self._prepared]
-            return self._renderer.squared_error(scene, views)
+            return self._steps[0].within(lambda: self._renderer.squared_error(scene, views))
         return torch.stack([each.square().sum(-1) for each in self._differences(scene)]).mean(0)
 
     def _differences(self, scene: Scene) -> Iterator[Tensor]:
         """Yield ``scene``, over each matte if there are any, less what it is compared with [h, w, 3]."""
         backgrounds = [scene.background if matte is None else matte for _, matte in self._views]
-        for aim, image in zip(self._aims, self._renderer.render_over(scene, backgrounds), strict=True):
+        images = self._steps[0].within(lambda: list(self._renderer.render_over(scene, backgrounds)))
+        for aim, image in zip(self._aims, images, strict=True):
             yield self._blurred(image) - aim
 
     def _blurred(self, image: Tensor) -> Tensor:

@@ -54,7 +54,7 @@ def canvas_areas(scene: Scene, height: int, width: int, threads: int | None = No
 
 def faint(scene: Scene) -> Scene:
     """Return ``scene`` with the opacity ``FAINT`` for every path, so that no path hides another."""
-    return replace(scene, opacity=torch.full_like(scene.opacity, FAINT))
+    return replace(scene, opacity=torch.full_like(scene.opacity, FAINT), side_opacity=None)
 
 
 def removal_changes(scene: Scene, height: int, width: int, threads: int | None = None) -> Tensor:

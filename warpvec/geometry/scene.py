@@ -15,6 +15,7 @@ from warpvec.geometry.gradients import Gradients, check_shape
 from warpvec.geometry.lines import thirds
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.path_forms import Forms
+from warpvec.geometry.side_opacity import SideOpacity
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.strokes import Strokes
 from warpvec.geometry.structure import Structure
@@ -42,6 +43,7 @@ class Scene:
         forms: the paths that are a circle, an ellipse or a rectangle; None if there are none. Their rows always are
             those of their parameters. `outlined` drops the forms, for code that moves rows.
         softness: how far a Gaussian blurs each path; None if all are sharp.
+        side_opacity: the opacities of paths of two sides at these; None if ``opacity`` is that of the whole path.
 
     Raises:
         InputError: the shapes do not agree.
@@ -58,6 +60,7 @@ class Scene:
     strokes: Strokes | None = None
     forms: Forms | None = None
     softness: Softness | None = None
+    side_opacity: SideOpacity | None = None
 
     def __post_init__(self) -> None:
         if self.structure.loop_first_segment.device != self.segments.device:
@@ -235,6 +238,7 @@ class Scene:
             "transparent": self.transparent,
             "gradients": None if gradients is None else gradients.to_dict(),
             **({} if forms is None else {"forms": {**vars(forms), "kind": forms.kind.long()}}),
+            **({} if self.side_opacity is None else {"side_opacity": self.side_opacity.value}),
         }
 
     @staticmethod
@@ -251,7 +255,11 @@ class Scene:
         gradients = None if paints is None else Gradients.from_dict(paints)
         found = values.get("forms")
         forms = None if found is None else Forms(**{**found, "kind": found["kind"].int()})
-        return Scene(**own, structure=structure, transparent=values["transparent"], gradients=gradients, forms=forms)
+        sides = None if values.get("side_opacity") is None else SideOpacity(values["side_opacity"])
+        return Scene(
+            **own, structure=structure, transparent=values["transparent"], gradients=gradients, forms=forms,
+            side_opacity=sides,
+        )  # fmt: skip
 
     def _mapped(self, change: Callable[[Tensor], Tensor]) -> Scene:
         """Return the scene with what ``change`` makes of each tensor; the structure follows to another device."""
@@ -304,6 +312,12 @@ def straightened(segments: Tensor, structure: Structure) -> Tensor:
 
 _TENSORS = ("segments", "color", "opacity", "background", "generation")
 
-_GROUPS: dict[str, Any] = {"gradients": Gradients, "strokes": Strokes, "forms": Forms, "softness": Softness}
+_GROUPS: dict[str, Any] = {
+    "gradients": Gradients,
+    "strokes": Strokes,
+    "forms": Forms,
+    "softness": Softness,
+    "side_opacity": SideOpacity,
+}
 """Values of each path that only some scenes have: a field of the scene -> its class. Each class has ``none``, ``map``,
 ``joined``, ``scaled`` and ``moved``."""

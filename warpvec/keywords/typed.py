@@ -148,6 +148,10 @@ class Keywords(TypedDict, total=False):
     """Let the sizes and directions of Gaussians move the control points."""
     released_adjoint: bool
     """Clip opacities in the adjoint as the code of Vector Scaffolding does."""
+    side_opacities: bool
+    """Let opacity change from side A over the middle to side B of a path."""
+    color_falloff: bool
+    """Let Gaussians near the middle of a path count less for its colour."""
     without_projection: bool
     """Leave the projection out of the Bezier regularizer of --path-model sides."""
     replace_gap: int

@@ -6,10 +6,9 @@ paths) and 967-1075 (which paths are removed), utils.py lines 493-553 (where pat
 shares of its 10,000 iterations. Areas and sides are in pixels of the fitted image, whatever its size, as there.
 
 Differences: a path has one opacity, as in the code's first release, and is a circle at the start, without jitter. The
-guard that should spare paths overlapped by a removed one never applies there and is left out, as is the factor on the
-gradient of the interior's colours. Boxes are of points on the outline; the interior samples are blends of these. The
-pixels of a component that has been used are removed from the counts of all their levels, not only from that of the
-weightiest level.
+guard that should spare paths overlapped by a removed one never applies there and is left out. Boxes are of points on
+the outline; the interior samples are blends of these. The pixels of a component that has been used are removed from the
+counts of all their levels, not only from that of the weightiest level.
 """
 
 from __future__ import annotations
@@ -93,6 +92,10 @@ class Replacement:
         self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
     ) -> None:
         """Do nothing: new paths lie where the image is wrong after the step."""
+
+    def looks_before(self, iteration: int, iterations: int) -> bool:
+        """Return False: :meth:`look` does nothing."""
+        return False
 
     def is_due(self, iteration: int, iterations: int) -> bool:
         """Return whether paths are removed or added after ``iteration``."""

@@ -19,6 +19,7 @@ _MODEL: dict[str, Any] = {
     "bezier_weight": 1.0,
     "axis_rates": True,
     "common_age": True,
+    "color_falloff": True,
 }
 """What both papers, or their authors' codes, have in common."""
 
@@ -49,6 +50,7 @@ PRESETS = {
             "prune_opacity": RELEASED_PRUNE_OPACITY,
             "compensate": False,
             "released_adjoint": True,
+            "side_opacities": True,
         },
     ),
     "bezier-splatting": Preset(
@@ -87,6 +89,7 @@ ROOM = Room(
     },
     short_fits=(
         {"preset": "paper", "samples": 2, "lines": 1},
-        {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True},
+        {"preset": "paper", "samples": 2, "lines": 1, "covariance_gradient": True, "color_falloff": False},
+        {"preset": "paper-released", "samples": 2, "lines": 1},
     ),
 )

@@ -50,6 +50,16 @@ class PaperSettings:
     )  # fmt: skip
     """In the adjoint, clip the alpha of a Gaussian at 0.99 and not at 0.999, and let it have a derivative where it is
     clipped, as the released code does."""
+    side_opacities: bool = photo_setting(
+        False, Flag(), "Let opacity change from side A over the middle to side B of a path.", SPLAT, stated="if used"
+    )
+    """Give each path three opacities, as the released code does; pruning and the file take that in the middle. Only the
+    policy "stratification" does so, if opacities are free."""
+    color_falloff: bool = photo_setting(
+        False, Flag(), "Let Gaussians near the middle of a path count less for its colour.", SPLAT, renderer="splat",
+        stated="if used",
+    )  # fmt: skip
+    """Weaken the gradient of a path's colour through the Gaussians near its middle, as the code of both papers does."""
     without_projection: bool = photo_setting(
         False, Flag(), "Leave the projection out of the Bezier regularizer of --path-model sides.", SPLAT,
         stated="if used",

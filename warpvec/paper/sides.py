@@ -28,7 +28,7 @@ class Sides:
 
     def regularizer(self, height: int, width: int, config: FitConfig, device: str) -> Regularizer:
         """Return the regularizers of two sides."""
-        return SideTerms(height, width, config)
+        return SideTerms(height, width, config, device)
 
 
 def birth_points(center: Tensor, reach: Tensor, degree: int, jitter: Tensor | None = None) -> Tensor:

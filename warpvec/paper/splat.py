@@ -16,8 +16,9 @@ from torch import Tensor
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.constants import TRANSMITTANCE_MIN
+from warpvec.paper.stages.row_opacity import RowOpacity
 from warpvec.paper.stages.splat_binning import SplatBinning
-from warpvec.paper.stages.splat_coverage import SplatCoverage
+from warpvec.paper.stages.splat_coverage import SplatCoverage, color_weights
 from warpvec.paper.stages.splatting import Splatting
 from warpvec.rendering.capacity import Counts
 from warpvec.rendering.tile_renderer import Adjoints, Hits, TileRenderer
@@ -34,6 +35,7 @@ class SplatRenderer(TileRenderer):
         interior_gradient: whether the Gaussians of the lines are attached to the control points.
         covariance_gradient: whether the covariances of attached Gaussians are attached as well as their centers.
         released_adjoint: whether opacities are clipped in the adjoint as in the code of Vector Scaffolding.
+        color_falloff: whether Gaussians near the middle of a path count less for the gradient of its colour.
         transmittance_min, machine: as every `TileRenderer` has them.
     """
 
@@ -47,14 +49,18 @@ class SplatRenderer(TileRenderer):
         interior_gradient: bool = True,
         covariance_gradient: bool = False,
         released_adjoint: bool = False,
+        color_falloff: bool = False,
         transmittance_min: float = TRANSMITTANCE_MIN,
         **machine: Any,
     ) -> None:
         super().__init__(height, width, transmittance_min=transmittance_min, **machine)
         launch, lanes, covariance = self._launch, self._lanes, covariance_gradient
         self._splatting = Splatting(launch, lanes, samples, lines, self.degree, interior_gradient, covariance)
+        self._row_opacity = RowOpacity(launch, lanes, lines)
         self._binning = SplatBinning(launch, lanes, self.grid, samples)
-        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, transmittance_min, released_adjoint)
+        weight = color_weights(lines, samples) if color_falloff else None
+        limits = (transmittance_min, released_adjoint)
+        self._coverage = SplatCoverage(launch, lanes, self.grid, covariance, *limits, weight)
         self._buffers = launch.make_buffers()
         self._ones = torch.ones(0)
 
@@ -67,18 +73,23 @@ class SplatRenderer(TileRenderer):
             raise InputError(
                 "scene", "must have sharp paths for the renderer splat", "soft ones", "render it with exact"
             )
-        self._splatting.run(scene.points, scene.opacity)
+        self._row_opacity.run(scene.opacity, scene.side_opacity)
+        self._splatting.run(scene.points, self._row_opacity.values)
         self._binning.bin_splats(self._splatting, len(scene))
-        self._coverage.run(self._splatting, self._binning, scene.opacity)
+        self._coverage.run(self._splatting, self._binning, self._row_opacity.values)
         # The Gaussians contain the path's opacity already, so coverage is composited as opaque.
         paint = self._compositing.paint(scene.color, self._opaque(len(scene)), scene.background)
+        paint.share = self._coverage.slot_share
         return self._binning, self._coverage.tile_first_visible, self._coverage.slot_coverage, paint
 
     def _collect(self, scene: Scene, adjoints: Adjoints) -> None:
         points, adj_points = scene.points, adjoints.segments.view(scene.points.shape)
-        splat_sums = self._coverage.adjoint(self._splatting, self._binning, scene.opacity)
+        splat_sums = self._coverage.adjoint(self._splatting, self._binning, self._row_opacity.values, len(scene))
         # This overwrites the adjoint of the paint's opacity, which is constant.
         self._splatting.adjoint(points, scene.opacity, splat_sums, adj_points, adjoints.opacity)
+        if scene.side_opacity is not None and adjoints.side_opacity is not None:
+            own = [adjoints.opacity, adjoints.side_opacity]
+            self._row_opacity.adjoint(scene.opacity, scene.side_opacity, self._splatting, splat_sums, own)
 
     @property
     def counts(self) -> Counts:

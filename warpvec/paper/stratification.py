@@ -10,6 +10,8 @@ gaussianimage_cholesky_svg.py (the first paths and the shape of new ones). What 
 - The control points of a new path lie on an ellipse, and so its outline lies inside of it: see `birth_points`.
 - A new path has an opacity of 0.73, and lies at the centre of a pixel.
 - The residual that places new paths is that of the image before the step and before the pruning.
+- With ``side_opacities`` a path has three opacities, at one side, in the middle and at the other side. Pruning looks at
+  that in the middle.
 - Without ``compensate`` an inflation adds as many paths as there were before the pruning, times ``growth`` - 1. Removed
   paths are then missing for good, and the fit ends with fewer than N. The code does this; Algorithm 1 replaces them.
 
@@ -21,6 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -32,6 +35,8 @@ from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population
 from warpvec.generators import generator_of
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.side_opacity import SideOpacity
+from warpvec.paper.settings import paper_settings
 from warpvec.paper.sides import Sides, birth_points
 
 OPACITY_LOGIT = 1.0
@@ -68,8 +73,12 @@ class Stratification(Scaffolding):
         self, population: Population, iteration: int, iterations: int, squared_error: Callable[[Scene], Tensor]
     ) -> None:
         """Keep the error of the present paths if an inflation follows ``iteration``, which is about to step them."""
-        if self.is_due(iteration, iterations):
+        if self.looks_before(iteration, iterations):
             self._error = squared_error(population.scene)
+
+    def looks_before(self, iteration: int, iterations: int) -> bool:
+        """Return whether an inflation follows ``iteration``."""
+        return self.is_due(iteration, iterations)
 
     def wants_removal_cost(self, iteration: int, iterations: int) -> bool:
         """Return False: nothing is recycled."""
@@ -99,7 +108,10 @@ class Stratification(Scaffolding):
         points = birth_points(center, reach, self._degree, jitter)
         opacity = torch.full_like(center[:, 0], OPACITY_LOGIT).sigmoid()
         generation = torch.full((len(center),), self._first_generation + self._generation, device=center.device)
-        return Scene.uniform(points, color, opacity, background, generation, self._degree)
+        scene = Scene.uniform(points, color, opacity, background, generation, self._degree)
+        if self._config.opacity != "free" or not paper_settings(self._config).side_opacities:
+            return scene
+        return replace(scene, side_opacity=SideOpacity(opacity[:, None].repeat(1, 2)))
 
     def _radius(self, generation: int) -> float:
         """Return R_k in half sides."""

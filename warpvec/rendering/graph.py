@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import torch
 import warp as wp
@@ -25,6 +25,7 @@ from warpvec.rendering.launch import whole_arrays
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer
 
 _Inputs = tuple[Scene, Tensor]
+_Drawn = TypeVar("_Drawn")
 _Addresses = tuple[tuple[int, torch.Size], ...]
 
 # Replays between checks for dropped steps; each check waits for the device.
@@ -39,6 +40,7 @@ class _Recording(NamedTuple):
     addresses: _Addresses
     growth: int
     structure: Structure  # keeps the arrays that the graph reads and the addresses do not tell
+    limit: Counts  # the capacity of its steps
 
 
 class RecordedStep:
@@ -83,7 +85,7 @@ class RecordedStep:
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
         # A step with these makes tensors of its own, whose memory a graph would not keep.
-        has_own = scene.strokes is not None or scene.softness is not None
+        has_own = scene.strokes is not None or scene.softness is not None or scene.side_opacity is not None
         has_own = has_own or (scene.gradients is not None and scene.gradients.stops is not None)
         if self.is_paused or not self._record or has_own:
             return _followed(self._renderer.fit_step(*inputs, out=self._out_for(scene)), after)
@@ -100,6 +102,21 @@ class RecordedStep:
             self._renderer.fit_step(*inputs, out=out)
             self._counted = addresses, self._renderer.counts.with_headroom().at_least(least)
         return _followed(out, after)
+
+    def within(self, draw: Callable[[], _Drawn]) -> _Drawn:
+        """Return what ``draw`` does with the renderer, with the capacity of the recording if there is one.
+
+        The host then waits once, to look whether that was enough, and not for each count. If not, it draws again.
+        """
+        if self._recording is None or self.is_paused:
+            return draw()
+        self._renderer.set_capacity(self._recording.limit)
+        try:
+            drawn = draw()
+            has_exceeded = self._renderer.has_exceeded
+        finally:
+            self._renderer.set_capacity(None)
+        return draw() if has_exceeded else drawn
 
     def forget(self) -> None:
         """Drop the recording; the next step reads its counts and cannot be dropped."""
@@ -130,7 +147,7 @@ class RecordedStep:
         if not self._record:
             self._renderer.fit_step(*inputs, out=out)
         elif self._renderer.growth == growth and (direct is None or self._agrees(graph, out, direct)):
-            self._recording = _Recording(followed, out, addresses, growth, inputs[0].structure)
+            self._recording = _Recording(followed, out, addresses, growth, inputs[0].structure, limit)
             self._replays, self._dropped_steps = 0, self._renderer.dropped_steps
 
     def _record_graph(
@@ -188,6 +205,7 @@ def _fits(out: Adjoints, scene: Scene) -> bool:
     same_paints &= (out.offset is None) == (paints is None or paints.stops is None)
     same_paints = same_paints and (out.width is None) == (scene.strokes is None)
     same_paints = same_paints and (out.softness is None) == (scene.softness is None)
+    same_paints = same_paints and (out.side_opacity is None) == (scene.side_opacity is None)
     return same_paints and out.segments.shape == scene.segments.shape and len(out.color) == len(scene)
 
 

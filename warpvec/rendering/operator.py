@@ -23,6 +23,7 @@ from warpvec.config.limits import MAX_THREADS
 from warpvec.errors import InputError
 from warpvec.geometry.gradients import Gradients
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.side_opacity import SideOpacity
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.stops import Stops
 from warpvec.geometry.strokes import Strokes
@@ -33,7 +34,7 @@ from warpvec.rendering.registry import check_renderer_settings, make_renderer
 from warpvec.rendering.tile_renderer import Adjoints
 
 # Number of tensors of a scene that the operator differentiates, which come first.
-_VALUES = 12
+_VALUES = 13
 # A renderer holds buffers for its canvas. A few of them serve a user who alternates between sizes.
 _RENDERERS_KEPT = 4
 # Renderers reuse their buffers from call to call, so only one call runs at a time.
@@ -114,7 +115,8 @@ def outline_slopes(scene: Scene, height: int, width: int, threads: int | None = 
 def _inputs(scene: Scene) -> list[Tensor]:
     """Return the tensors of an operator: ``_VALUES`` that it differentiates, the kinds of paint, and the structure.
 
-    Those of gradients, strokes and softness are empty in a scene without any, and those of stops without `Stops`.
+    Those of gradients, strokes, softness and side opacities are empty in a scene without any, those of stops without
+    `Stops`.
     """
     structure, color = scene.structure, scene.color
     gradients = scene.gradients or Gradients.none(color[:0])
@@ -126,12 +128,13 @@ def _inputs(scene: Scene) -> list[Tensor]:
     looks = (gradients.kind, stops.count, strokes.cap, strokes.join, strokes.miter_limit)
     loops = (structure.loop_first_segment, structure.path_first_loop)
     sigma = color.new_zeros(0) if scene.softness is None else scene.softness.sigma
-    return [*values, strokes.width, *of_stops, sigma, *looks, is_open, *loops]
+    sides = color.new_zeros(0, 2) if scene.side_opacity is None else scene.side_opacity.value
+    return [*values, strokes.width, *of_stops, sigma, sides, *looks, is_open, *loops]
 
 
 def _scene(inputs: Sequence[Tensor], segment_count: int) -> Scene:
     """Return the scene of `_inputs`; ``segment_count`` is that of every path of a uniform scene, else 0."""
-    segments, color, opacity, background, end_color, geometry, width, *of_stops, sigma = inputs[:_VALUES]
+    segments, color, opacity, background, end_color, geometry, width, *of_stops, sigma, sides = inputs[:_VALUES]
     kind, count, *looks, is_open, loops, paths = inputs[_VALUES:]
     structure = Structure(loops, paths, None, segment_count or None, is_open if len(is_open) else None, check=False)
     stops = None
@@ -144,7 +147,7 @@ def _scene(inputs: Sequence[Tensor], segment_count: int) -> Scene:
     generation = torch.zeros_like(opacity, dtype=torch.int64)  # a renderer does not look at it
     return Scene(
         segments, structure, color, opacity, background, generation, gradients=gradients, strokes=strokes,
-        softness=softness,
+        softness=softness, side_opacity=SideOpacity(sides) if len(sides) else None,
     )  # fmt: skip
 
 
@@ -259,8 +262,8 @@ def _render_adjoint(
     adjoints = _adjoints(_scene(inputs, segment_count), adj_image, renderer, threads, settings)
     # The outputs of an operator must not share memory with one another.
     paths = [adjoints.segments, adjoints.color.clone(), adjoints.opacity.clone(), adjoints.background.clone()]
-    names = ("end_color", "geometry", "width", "inner_color", "offset", "stop_opacity", "breadth", "softness")
-    others = (getattr(adjoints, name) for name in names)
+    names = ["end_color", "geometry", "width", "inner_color", "offset", "stop_opacity", "breadth", "softness"]
+    others = (getattr(adjoints, name) for name in [*names, "side_opacity"])
     empty = (torch.empty_like(each) for each in inputs[4:_VALUES])
     return [*paths, *(none if own is None else own for own, none in zip(others, empty, strict=True))]
 

@@ -38,6 +38,7 @@ class Adjoints:
         width: adjoint of the widths of strokes [N], if the scene has some.
         inner_color, offset, stop_opacity, breadth: adjoints of their stops, if the scene has those.
         softness: adjoint of the standard deviations of soft paths [N], if the scene has some.
+        side_opacity: adjoint of the opacities at the sides of paths [N, 2], if the scene has some.
     """
 
     segments: Tensor
@@ -53,6 +54,7 @@ class Adjoints:
     stop_opacity: Tensor | None = None
     breadth: Tensor | None = None
     softness: Tensor | None = None
+    side_opacity: Tensor | None = None
 
     @property
     def whole_color(self) -> Tensor:
@@ -124,6 +126,7 @@ def _values_of(scene: Scene) -> list[Tensor]:
     strokes = scene.strokes
     values += [] if strokes is None else [strokes.width, strokes.cap, strokes.join, strokes.miter_limit]
     values += [] if scene.softness is None else [scene.softness.sigma]
+    values += [] if scene.side_opacity is None else [scene.side_opacity.value]
     return values
 
 
@@ -248,6 +251,8 @@ class TileRenderer(ABC):
             adjoints = replace(adjoints, width=make(count))
         if scene.softness is not None:
             adjoints = replace(adjoints, softness=make(count))
+        if scene.side_opacity is not None:
+            adjoints = replace(adjoints, side_opacity=make((count, 2)))
         if scene.gradients is None:
             return adjoints
         adjoints = replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))
@@ -308,7 +313,7 @@ class TileRenderer(ABC):
             parts.append(self._paint_step(scene, over, prepared_target, want_removal_cost))
             total += coverage
         torch.div(total, len(views), out=coverage)
-        adjoints = mean_adjoints(parts, without=("segments", "width", "softness"))
+        adjoints = mean_adjoints(parts, without=("segments", "width", "softness", "side_opacity"))
         self._collect(scene, adjoints)
         return adjoints
 
@@ -322,6 +327,11 @@ class TileRenderer(ABC):
     def set_capacity(self, limit: Counts | None) -> None:
         """Give the next renders the capacity ``limit`` and read no counts back; with None, read counts again."""
         self._launch.capacity.limit = limit
+
+    @property
+    def has_exceeded(self) -> bool:
+        """Whether the last render exceeded its capacity, and drew nothing; the host waits for the device."""
+        return bool(self._launch.capacity.flags.numpy().any())
 
     @property
     def fits(self) -> Tensor:

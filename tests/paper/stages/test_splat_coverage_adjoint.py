@@ -13,6 +13,7 @@ from reference.splatting import Settings, gaussians, path_alpha, peak
 from scenes import SceneTensors, circle
 from splat_oracles import (
     check_gradients,
+    in_the_middle,
     make_splat_renderer,
     off_the_band,
     reference_gradients,
@@ -176,3 +177,13 @@ def test_single_precision(covariance: bool, backend: Backend) -> None:
     for name in ("points", "color", "opacity", "background"):
         assert_grad_close(getattr(got, name), getattr(want, name), rtol=2e-4, atol=0.0, name=name)
         assert_grad_present(getattr(got, name), getattr(want, name), name, floor=1e-2)
+
+
+@sweep(("samples", "lines"), [(9, 5), (8, 3)])
+def test_colors_answer_less_for_what_gaussians_in_the_middle_add(samples: int, lines: int, backend: Backend) -> None:
+    settings = Settings(samples, lines, color_falloff=True)
+    scene = off_the_band(settings, in_the_middle, 3, 4, 33, 40)
+    check_gradients(scene, settings, make_splat_renderer(scene, settings, backend), 1e-10)
+    plain = reference_gradients(scene, replace(settings, color_falloff=False), cotangent(scene))
+    weak = reference_gradients(scene, settings, cotangent(scene))
+    assert (weak["color"] - plain["color"]).norm() > 0.02 * plain["color"].norm()

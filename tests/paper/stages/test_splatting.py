@@ -33,8 +33,8 @@ def place(
     lanes, device = make_lanes(backend.lane_width, wp.dtype_from_torch(dtype)), backend.device
     switches = (settings.interior_gradient, settings.covariance_gradient)
     stage = Splatting(Launcher(device, 2), lanes, settings.samples, settings.lines, settings.degree, *switches)
-    opacities = torch.full((len(points),), opacity, dtype=dtype, device=device)
-    stage.run(points.to(device, dtype).contiguous(), opacities)
+    rows = wp.full(len(points) * (settings.lines + 2), opacity, dtype=lanes.dtype, device=device)
+    stage.run(points.to(device, dtype).contiguous(), rows)
     shape = (len(points), settings.lines + 2, PLANES, stage.sample_stride)
     values = torch.from_numpy(stage.splats.numpy()[: shape[0] * shape[1] * shape[2] * shape[3]].copy())
     return values.reshape(shape).double()

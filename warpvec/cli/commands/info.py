@@ -16,19 +16,20 @@ from warpvec.cli.arguments import json_option
 
 @click.command()
 @click.option("--compile", "compiles", is_flag=True, help="Compile the kernels now; otherwise the first run does.")
+@click.option("--device", default="auto", show_default=True, help="Compile for this device, and for the CPU.")
 @json_option
-def info(compiles: bool, as_json: bool) -> None:
+def info(compiles: bool, device: str, as_json: bool) -> None:
     """Show versions, devices and the kernel cache."""
-    compilation = {"compile_seconds": _compile_kernels()} if compiles else {}
+    compilation = {"compile_seconds": _compile_kernels(device)} if compiles else {}
     facts = {**_describe_environment(), **compilation}
     lines = (f"{name.replace('_', ' ')}: {value}" for name, value in facts.items())
     click.echo(json.dumps(facts) if as_json else "\n".join(lines))
 
 
-def _compile_kernels() -> float:
+def _compile_kernels(device: str) -> float:
     from warpvec.modes.precompile import compile_kernels
 
-    return round(compile_kernels(), 1)
+    return round(compile_kernels(device), 1)
 
 
 def _describe_environment() -> dict[str, Any]:

@@ -36,6 +36,9 @@ class Policy(Protocol):
     ) -> None:
         """Look at the paths before ``iteration`` (the first is 1) steps them; arguments as in :meth:`update`."""
 
+    def looks_before(self, iteration: int, iterations: int) -> bool:
+        """Return whether :meth:`look` before ``iteration`` (the first is 1) does something."""
+
     def is_due(self, iteration: int, iterations: int) -> bool:
         """Return whether :meth:`update` after ``iteration`` changes paths without their removal costs."""
 

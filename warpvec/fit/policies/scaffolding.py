@@ -53,6 +53,10 @@ class Scaffolding:
     ) -> None:
         """Do nothing: new paths lie where the image is wrong after the step."""
 
+    def looks_before(self, iteration: int, iterations: int) -> bool:
+        """Return False: :meth:`look` does nothing."""
+        return False
+
     def is_due(self, iteration: int, iterations: int) -> bool:
         """Return whether an inflation follows ``iteration``."""
         return self._generation_due(iteration, iterations) > self._generation

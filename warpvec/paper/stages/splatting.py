@@ -47,8 +47,8 @@ class Splatting:
         self._spacing_factor = self._upload_lanes(spacing_factors(samples))
         self._basis: dict[int, wp.array] = {}
 
-    def run(self, points: Tensor, opacity: Tensor) -> None:
-        """Place the Gaussians of ``points`` [N, P, 2] px with ``opacity`` [N].
+    def run(self, points: Tensor, row_opacity: wp.array) -> None:
+        """Place the Gaussians of ``points`` [N, P, 2] px with ``row_opacity`` [N rows].
 
         Raises:
             InputError: a path has fewer than two pieces, or an incomplete one.
@@ -57,7 +57,7 @@ class Splatting:
         size = path_count * self.row_count * PLANES * self.sample_stride
         self.splats = self._buffers.get("splats", size, self._lanes.dtype)
         counts = [self.row_count, self.sample_count, self._block_count]
-        inputs = [self._flat(points), point_count, as_warp(opacity, self._lanes.dtype), self._basis_of(point_count)]
+        inputs = [self._flat(points), point_count, row_opacity, self._basis_of(point_count)]
         arguments = [*inputs, self._spacing_factor, *self._rows, *counts, lane_view(self.splats, self._lanes)]
         place = kernels.make_kernels(self._lanes).place_splats
         self._launch.shared(place, path_count * self._block_count, arguments)

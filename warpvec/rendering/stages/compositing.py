@@ -52,6 +52,8 @@ class Paint:
         stops: the gradients of a scene with others, and what the kernels take: count, kind of place, form and ramps of
             each path [N]; None five times in a scene without.
         hiding: opacity of each path [N] where it is most translucent.
+        share: for which share of each pixel of the partial pairs the colour of their path answers, in the layout of
+            their coverage; None where that is what it covers. It changes nothing but the adjoint of colours.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class Paint:
         self.stop_arrays: list[Any] = [None, None, None, None]
         self.hiding = self.arrays[1]
         self.stops: StopPaints | None = None
+        self.share: wp.array | None = None
         if gradients is not None:
             gradients.check_kinds()
         if gradients is not None and gradients.stops is not None:
@@ -213,7 +216,8 @@ class Compositing:
         ``want_curvature`` asks for the opacity curvature of the paths.
         """
         lanes, grid, get = self._lanes, self._grid, self._buffers.get
-        stage = adjoint_kernels.make_kernels(lanes, error_scale is not None, want_curvature, *paint.variant)
+        variant = (error_scale is not None, want_curvature, *paint.variant, paint.share is not None)
+        stage = adjoint_kernels.make_kernels(lanes, *variant)
         chunk, depth, stack, parts = self._stack(binning)
         has_gradients, has_stops = paint.variant
         terms = TERMS + GRADIENT_TERMS * has_gradients + STOP_TERMS * has_stops
@@ -226,7 +230,7 @@ class Compositing:
         scale = lanes.dtype(error_scale or 0.0)
         paints = [*paint.arrays, *paint.gradients, *paint.stop_arrays]
         inputs = [*hits_of(binning, tile_first_visible), *paints, *size, *reference, scale, chunk, depth]
-        outputs = [stack, slot_winding, pair_sums, tile_sums]
+        outputs = [stack, paint.share, slot_winding, pair_sums, tile_sums]
         # Chunks are whole tiles, because the scalar lanes of a tile add to the same sums.
         threads, tiles = lanes.tile_threads, self._launch.chunk_items(grid.count)
         for part in parts:
