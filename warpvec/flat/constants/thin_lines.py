@@ -76,6 +76,9 @@ class ThinLineConstants:
     explained: float = 0.08
     """Largest share of the contrast of a line that its pixels may be off on plain paper: renderers differ by that."""
 
+    dot_max: float = 4.0
+    """Widest dot in pixels that is found apart: wider ones have a few pixels of their own colour, and outlines."""
+
     speck_area: int = 3
     """Most pixels of what is left of the end of a line."""
 
