@@ -41,7 +41,7 @@ class Lines:
 
         def draw(detail: float) -> Drawing:
             tolerance = None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail
-            tracing = _traced(request, tolerance)
+            tracing = _traced(request, tolerance, detail)
             tracing = replace(tracing, lines=tracing.lines + _dots(request))
             if not tracing.lines:
                 raise InputError("IN", "must have lines darker than their paper", "none", "look at the picture")
@@ -51,9 +51,9 @@ class Lines:
             return drawn(request, draw)
 
 
-def _traced(request: Request, tolerance: float | None) -> LineTracing:
+def _traced(request: Request, tolerance: float | None, detail: float) -> LineTracing:
     """Return the lines of all pens, from bottom to top, or those of black ink if the picture has no colours."""
-    image, settings = request.picture.reduced, reduced_settings(request)
+    image, settings = request.picture.reduced, replace(reduced_settings(request), detail=detail)
     pens = find_pens(image)
     if not pens:
         return trace_lines(image, settings, tolerance, request.watch)
