@@ -54,7 +54,9 @@ OTHER_DEFAULTS = {
 }
 """Command -> option -> default in the help, for defaults that the command decides instead of FitConfig."""
 
-REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width", "as_is", "paper", "soft")}
+REFUSED = {
+    "refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width", "pens", "as_is", "paper", "soft")
+}
 """Command -> options that the help of the command leaves out: the command refuses all values but the default."""
 
 RARE = (
