@@ -61,7 +61,19 @@ REFUSED = {
 
 RARE = (
     *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
-    *("verbose", "cut_once", "check_cut", "bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
+    *(
+        "verbose",
+        "split",
+        "cut_once",
+        "check_cut",
+        "bleed",
+        "kerf",
+        "min_width",
+        "mirror",
+        "marks",
+        "weeding",
+        "size_check",
+    ),
 )
 """Options of single commands that only --help-all shows."""
 
