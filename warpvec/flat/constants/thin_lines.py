@@ -57,9 +57,6 @@ class ThinLineConstants:
     parallel: float = 0.012
     """Largest difference in radians of the directions of parallel lines: 0.5 px on 40."""
 
-    axis_drift: float = 0.2
-    """A line that moves by less in pixels over its length is a level or a plumb line."""
-
     equals_min: int = 4
     """Fewest equal parallel lines of a staff, a hatch, a table or a grid."""
 
@@ -75,9 +72,6 @@ class ThinLineConstants:
 
     explained: float = 0.08
     """Largest share of the contrast of a line that its pixels may be off on plain paper: renderers differ by that."""
-
-    dot_max: float = 4.0
-    """Widest dot in pixels that is found apart: wider ones have a few pixels of their own colour, and outlines."""
 
     speck_area: int = 3
     """Most pixels of what is left of the end of a line."""

@@ -6,6 +6,7 @@ ink tells its area, the mean place of that its centre, and its spread whether it
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ from warpvec.flat.price import PRECISION
 from warpvec.geometry.forms.registry import CIRCLE, form_of
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene
+
+_NARROW = 3.0 * math.sqrt(2.0)
+"""Width in pixels of a disk that just covers three by three pixels; a wider one has a region, and an outline."""
 
 
 class _Part(NamedTuple):
@@ -67,7 +71,7 @@ def without_dots(levels: Floats, papers: Floats, inks: Floats, count_max: int) -
         labels, _ = ndimage.label(np.abs(levels - paper).sum(2) >= THIN_LINES.contrast_min, np.ones((3, 3)))
         inked = _inked(_parts(levels - paper, labels), inks - paper, paper)
         is_many = len(inked) > count_max
-        kept = [(part, step) for part, step in inked if is_many or part.width(step) <= THIN_LINES.dot_max]
+        kept = [(part, step) for part, step in inked if is_many or part.width(step) <= _NARROW]
         levels[np.isin(labels, [part.label for part, _ in kept])] = paper
         found += [(*part.corner + part.center, part.width(step), *paper + step) for part, step in kept]
     return levels, _circles(np.array(found).reshape(-1, 6))

@@ -25,6 +25,9 @@ from warpvec.geometry.strokes import BUTT
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
 
+_END_REACH = 1.5
+"""Largest distance in pixels of an end from a line on which it lies."""
+
 
 class ThinLines(NamedTuple):
     """The straight thin lines and the dots of a picture.
@@ -102,19 +105,17 @@ def _on_others(line: ThinLine, others: list[ThinLine]) -> ThinLine:
     """Return ``line`` with each end on the nearest of the ``others`` that cross it there."""
     places = []
     for other in others:
-        if other.is_level == line.is_level:
-            continue
         # x = a + b y and y = c + d x
         y = (other.start + other.slope * line.start) / max(1.0 - other.slope * line.slope, 1e-9)
         x = line.start + line.slope * y
-        if other.top - 1.5 <= x <= other.bottom + 1.5:
+        if other.is_level != line.is_level and other.top - _END_REACH <= x <= other.bottom + _END_REACH:
             places.append(y)
     if not places:
         return line
     near = np.array(places)
-    top, bottom = (float(near[np.abs(near - end).argmin()]) for end in (line.top, line.bottom))
-    top = top if abs(top - line.top) <= 1.5 else line.top
-    bottom = bottom if abs(bottom - line.bottom) <= 1.5 else line.bottom
+    nearest = (float(near[np.abs(near - end).argmin()]) for end in (line.top, line.bottom))
+    ends = zip(nearest, (line.top, line.bottom), strict=True)
+    top, bottom = (place if abs(place - end) <= _END_REACH else end for place, end in ends)
     return line._replace(top=top, bottom=bottom) if bottom > top else line
 
 
