@@ -31,7 +31,7 @@ SHEET_OPTIONS = (*_LENGTHS[:2], *_SWITCHES)
 
 _ONCE_SUFFIXES = (".dxf", ".svg")
 
-CUT_OPTIONS = ("sheets", "split", "cut_once", "check_cut", *_LENGTHS, *_SWITCHES)
+CUT_OPTIONS = ("sheets", "split", "cut_once", "check_cut", "embroidery_check", *_LENGTHS, *_SWITCHES)
 """Parameters that `cut_options` adds to a command."""
 
 
@@ -56,6 +56,7 @@ def cut_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--split", metavar="FOLDER", help="Write an SVG for each part that lies apart, such as an icon."),
         click.option("--cut-once", metavar="FILE", help="Write the edges to this .dxf or .svg, each once, for lasers."),
         click.option("--check-cut", is_flag=True, help="Say what will go wrong when it is cut."),
+        click.option("--embroidery-check", is_flag=True, help="List places too narrow or too close to be embroidered."),
         click.option("--bleed", **length, help="Sheets: let colours reach so far below those on top."),
         click.option("--kerf", **length, help="Sheets: make up for a cut of this width."),
         click.option("--min-width", **length, help="Sheets: remove narrower places. Check: name them. [0.5mm]"),
@@ -84,8 +85,8 @@ def check_cutting(options: Mapping[str, Any]) -> None:
     for name in ("sheets", "split"):
         _check_folder(f"--{name}", options[name])
     _check_cut_once(options["cut_once"])
-    if options["sheets"] is not None or options["check_cut"]:
-        check_packages("--sheets and --check-cut")
+    if options["sheets"] is not None or options["check_cut"] or options["embroidery_check"]:
+        check_packages("--sheets, --check-cut and --embroidery-check")
 
 
 def _check_folder(option: str, folder: str | None) -> None:
@@ -117,6 +118,8 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
         facts["cut_once"] = _write_once(result, options)
     if options["split"] is not None:
         facts["split"] = _write_parts(result, options)
+    if options["embroidery_check"]:
+        facts["embroidery_warnings"] = _check_embroidery(result)
     if options["sheets"] is None and not options["check_cut"]:
         return facts
     from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
@@ -133,6 +136,17 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
             folder = in_one_line(options["sheets"])
             click.echo(f"warpvec: {folder}: {counted(len(names), 'sheet')}: {', '.join(names)}", err=True)
     return facts
+
+
+def _check_embroidery(result: Result) -> list[str]:
+    """Print what will go wrong when the drawing is embroidered, and return it."""
+    from warpvec.making.embroidery import embroidery_warnings
+    from warpvec.making.parts import read_parts
+
+    found = embroidery_warnings(read_parts(result.drawing.text, result.target.per_inch))
+    for text in found or ["nothing that would go wrong was found"]:
+        click.echo(f"warpvec: embroidery: {text}", err=True)
+    return found
 
 
 def _write_parts(result: Result, options: Mapping[str, Any]) -> int:
