@@ -60,20 +60,9 @@ REFUSED = {
 """Command -> options that the help of the command leaves out: the command refuses all values but the default."""
 
 RARE = (
-    *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
-    *(
-        "verbose",
-        "split",
-        "cut_once",
-        "check_cut",
-        "bleed",
-        "kerf",
-        "min_width",
-        "mirror",
-        "marks",
-        "weeding",
-        "size_check",
-    ),
+    *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address", "verbose"),
+    *("split", "cut_once", "check_cut", "embroidery_check"),
+    *("bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
 )
 """Options of single commands that only --help-all shows."""
 
