@@ -109,24 +109,25 @@ def _parts(residual: Floats, labels: Integers) -> list[_Part]:
 def _inked(parts: list[_Part], steps: Floats, paper: Floats) -> list[tuple[_Part, Floats]]:
     """Return the ``parts`` that are disks on ``paper`` [3], each with its ink.
 
-    It is one of ``steps`` [n, 3], or as strong as all parts together can have it. The inks that explain most parts come
-    first: a drawing has few.
+    It is one of ``steps`` [n, 3], or as strong as all parts together can have it. The inks that explain the parts
+    best come first: a drawing has few.
     """
     if not parts:
         return []
     total = np.sum([part.ink.sum((0, 1)) for part in parts], 0)
     room = np.maximum(np.where(total < 0.0, paper, 255.0 - paper), 1e-9)
     steps = np.array([*steps, total / max(float(np.abs(total / room).max()), 1e-9)])
-    is_right = np.array([[part.off(step) for step in steps] for part in parts]) <= 2.0 * THIN_LINES.explained
+    limit, left = 2.0 * THIN_LINES.explained, np.ones(len(parts), bool)
+    off = np.minimum([[part.off(step) for step in steps] for part in parts], limit)
     found: list[tuple[_Part, Floats]] = []
-    while is_right.any():
-        best = steps[is_right.sum(0).argmax()]
-        is_best = is_right[:, is_right.sum(0).argmax()]
+    while (off[left] < limit).any():
+        ink = int(off[left].sum(0).argmin())
+        is_best = left & (off[:, ink] < limit)
         some = [part for part, is_its in zip(parts, is_best, strict=True) if is_its]
         # Whole pixels are meant as such, unless most dots are none.
-        if 2 * sum(part.is_whole(best) for part in some) < len(some):
-            found += [(part, best) for part in some]
-        is_right = is_right & ~is_best[:, None]
+        if 2 * sum(part.is_whole(steps[ink]) for part in some) < len(some):
+            found += [(part, steps[ink]) for part in some]
+        left &= ~is_best
     return found
 
 
