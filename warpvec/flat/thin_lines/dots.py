@@ -109,7 +109,7 @@ def _parts(residual: Floats, labels: Integers) -> list[_Part]:
 def _inked(parts: list[_Part], steps: Floats, paper: Floats) -> list[tuple[_Part, Floats]]:
     """Return the ``parts`` that are disks on ``paper`` [3], each with its ink.
 
-    It is one of ``steps`` [n, 3], or as strong as all parts together can have it. The inks that explain the parts
+    It is one of ``steps`` [n, 3], or else as strong as all parts together can have it. The inks that explain the parts
     best come first: a drawing has few.
     """
     if not parts:
@@ -121,7 +121,8 @@ def _inked(parts: list[_Part], steps: Floats, paper: Floats) -> list[tuple[_Part
     off = np.minimum([[part.off(step) for step in steps] for part in parts], limit)
     found: list[tuple[_Part, Floats]] = []
     while (off[left] < limit).any():
-        ink = int(off[left].sum(0).argmin())
+        known = off[left, :-1]
+        ink = int(known.sum(0).argmin()) if (known < limit).any() else -1
         is_best = left & (off[:, ink] < limit)
         some = [part for part, is_its in zip(parts, is_best, strict=True) if is_its]
         # Whole pixels are meant as such, unless most dots are none.
