@@ -30,3 +30,14 @@ def test_lines_are_one_path_below_a_whole_shape() -> None:
 def test_lines_are_traced_as_before_if_nobody_wants_strokes() -> None:
     result = warpvec.vectorize(_picture(ROWS + DISK), strokes="off")
     assert result.scene.strokes is None or not bool((result.scene.strokes.width > 0).any())
+
+
+def test_dots_smaller_than_two_pixels_keep_their_tones_in_the_mode_lines() -> None:
+    places = [(9.3 + 13.1 * k, 9.6 + 13.2 * j, 0.7 + 0.15 * j) for j in range(5) for k in range(6)]
+    dots = "".join(f'<circle cx="{x}" cy="{y}" r="{radius}"/>' for x, y, radius in places)
+    line = '<path d="M8 74H88" stroke="#000" stroke-width="2"/>'
+    scene = warpvec.vectorize(_picture(dots + line), mode="lines").scene
+    assert scene.strokes is not None
+    assert len(scene) == 31
+    widths = sorted(scene.strokes.width.tolist())
+    assert widths[0] < 1.5 < 2.4 < widths[-1]

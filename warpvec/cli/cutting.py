@@ -1,4 +1,7 @@
-"""Options of ``run`` and ``refine`` for machines that cut: a sheet for each colour, and what will go wrong."""
+"""Options of ``run`` and ``refine`` for machines that cut: a sheet for each colour, and what will go wrong.
+
+And a file for each part of a drawing.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ SHEET_OPTIONS = (*_LENGTHS[:2], *_SWITCHES)
 
 _ONCE_SUFFIXES = (".dxf", ".svg")
 
-CUT_OPTIONS = ("sheets", "cut_once", "check_cut", *_LENGTHS, *_SWITCHES)
+CUT_OPTIONS = ("sheets", "split", "cut_once", "check_cut", "embroidery_check", *_LENGTHS, *_SWITCHES)
 """Parameters that `cut_options` adds to a command."""
 
 
@@ -50,8 +53,10 @@ def cut_options(command: Callable[..., Any]) -> Callable[..., Any]:
     length: dict[str, Any] = {"type": _Length(), "metavar": "LENGTH"}
     options = (
         click.option("--sheets", metavar="FOLDER", help="Write a sheet for each colour, for cutters."),
+        click.option("--split", metavar="FOLDER", help="Write an SVG for each part that lies apart, such as an icon."),
         click.option("--cut-once", metavar="FILE", help="Write the edges to this .dxf or .svg, each once, for lasers."),
         click.option("--check-cut", is_flag=True, help="Say what will go wrong when it is cut."),
+        click.option("--embroidery-check", is_flag=True, help="List places too narrow or too close to be embroidered."),
         click.option("--bleed", **length, help="Sheets: let colours reach so far below those on top."),
         click.option("--kerf", **length, help="Sheets: make up for a cut of this width."),
         click.option("--min-width", **length, help="Sheets: remove narrower places. Check: name them. [0.5mm]"),
@@ -77,14 +82,19 @@ def check_cutting(options: Mapping[str, Any]) -> None:
                 raise InputError(f"--{name.replace('_', '-')}", "must come with --sheets", remedy="add a folder")
         if options["min_width"] and not options["check_cut"]:
             raise InputError("--min-width", "must come with --sheets or --check-cut", remedy="add one of them")
-    else:
-        folder = options["sheets"]
-        if os.path.exists(folder) and not os.path.isdir(folder):
-            raise InputError("--sheets", "must be a folder", repr(folder), "choose another name")
-        check_writable(os.path.join(folder, "sheet.svg") if os.path.isdir(folder) else Path(folder), "--sheets")
+    for name in ("sheets", "split"):
+        _check_folder(f"--{name}", options[name])
     _check_cut_once(options["cut_once"])
-    if options["sheets"] is not None or options["check_cut"]:
-        check_packages("--sheets and --check-cut")
+    if options["sheets"] is not None or options["check_cut"] or options["embroidery_check"]:
+        check_packages("--sheets, --check-cut and --embroidery-check")
+
+
+def _check_folder(option: str, folder: str | None) -> None:
+    if folder is None:
+        return
+    if os.path.exists(folder) and not os.path.isdir(folder):
+        raise InputError(option, "must be a folder", repr(folder), "choose another name")
+    check_writable(os.path.join(folder, "sheet.svg") if os.path.isdir(folder) else Path(folder), option)
 
 
 def _check_cut_once(path: str | None) -> None:
@@ -106,6 +116,10 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
     facts: dict[str, Any] = {}
     if options["cut_once"] is not None:
         facts["cut_once"] = _write_once(result, options)
+    if options["split"] is not None:
+        facts["split"] = _write_parts(result, options)
+    if options["embroidery_check"]:
+        facts["embroidery_warnings"] = _check_embroidery(result)
     if options["sheets"] is None and not options["check_cut"]:
         return facts
     from warpvec.making.checks import MIN_WIDTH_MM, cut_warnings
@@ -122,6 +136,30 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
             folder = in_one_line(options["sheets"])
             click.echo(f"warpvec: {folder}: {counted(len(names), 'sheet')}: {', '.join(names)}", err=True)
     return facts
+
+
+def _check_embroidery(result: Result) -> list[str]:
+    """Print what will go wrong when the drawing is embroidered, and return it."""
+    from warpvec.making.embroidery import embroidery_warnings
+    from warpvec.making.parts import read_parts
+
+    found = embroidery_warnings(read_parts(result.drawing.text, result.target.per_inch))
+    for text in found or ["nothing that would go wrong was found"]:
+        click.echo(f"warpvec: embroidery: {text}", err=True)
+    return found
+
+
+def _write_parts(result: Result, options: Mapping[str, Any]) -> int:
+    """Write a file for each part that lies apart, and return their number."""
+    from warpvec.drawing.split import split_texts
+
+    folder, texts = Path(options["split"]), split_texts(result.drawing)
+    folder.mkdir(exist_ok=True)
+    for number, text in enumerate(texts, 1):
+        write_atomic(folder / f"{number:0{len(str(len(texts)))}}.svg", text.encode())
+    if not options["quiet"]:
+        click.echo(f"warpvec: {in_one_line(str(folder))}: {counted(len(texts), 'part')}", err=True)
+    return len(texts)
 
 
 def _write_once(result: Result, options: Mapping[str, Any]) -> int:

@@ -54,12 +54,15 @@ OTHER_DEFAULTS = {
 }
 """Command -> option -> default in the help, for defaults that the command decides instead of FitConfig."""
 
-REFUSED = {"refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width", "as_is", "paper", "soft")}
+REFUSED = {
+    "refine": ("mode", "detail", "cutout", "strokes", "threshold", "line_width", "pens", "as_is", "paper", "soft")
+}
 """Command -> options that the help of the command leaves out: the command refuses all values but the default."""
 
 RARE = (
-    *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address"),
-    *("verbose", "cut_once", "check_cut", "bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
+    *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address", "verbose"),
+    *("split", "cut_once", "check_cut", "embroidery_check"),
+    *("bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
 )
 """Options of single commands that only --help-all shows."""
 

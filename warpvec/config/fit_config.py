@@ -210,6 +210,11 @@ class CoreSettings:
         modes=("lines",), is_binding=True,
     )  # fmt: skip
     """Width of all strokes of lines in pixels of the picture, as a number, or "auto" for the widths in the picture."""
+    pens: int = setting(
+        0, Whole(0, 16), "Lines: most pens, each of a colour; 0 for as many as the picture has.", KIND,
+        modes=("lines",), is_binding=True,
+    )  # fmt: skip
+    """Largest number of colours of lines; 0 for those of the picture."""
 
     as_is: bool = setting(
         False,

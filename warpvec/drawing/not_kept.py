@@ -44,15 +44,16 @@ def _areas(drawing: Drawing) -> str | None:
 def _colors(drawing: Drawing) -> str | None:
     settings = drawing.encoding.settings
     if settings.mode in ("mono", "lines"):
-        return "colours (drawn in black and white)" if _is_colored(drawing) else None
+        return "colours (drawn in black and white)" if _has_lost_colors(drawing) else None
     if settings.palette is not None:
         return "colours outside of the palette"
     return f"colours beyond {settings.colors} (drawn in the nearest of these)" if settings.colors else None
 
 
-def _is_colored(drawing: Drawing) -> bool:
-    pixels = drawing.encoding.picture.reduced[..., :3]
-    return bool(np.ptp(pixels, -1).max() > COLORED_MIN)
+def _has_lost_colors(drawing: Drawing) -> bool:
+    """Return whether the picture of a drawing is coloured, and the drawing is not."""
+    pixels, fills = drawing.encoding.picture.reduced[..., :3], drawing.scene.color.numpy(force=True)
+    return bool(np.ptp(pixels, -1).max() > COLORED_MIN >= np.ptp(fills, -1).max(initial=0.0))
 
 
 def _shades(drawing: Drawing) -> str | None:

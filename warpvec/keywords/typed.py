@@ -32,6 +32,8 @@ class Keywords(TypedDict, total=False):
     """Black and white: level from 0 to 255 below which a pixel is dark, or auto (Otsu's)."""
     line_width: float | str
     """Lines: width of all strokes in pixels, or auto (as in the picture)."""
+    pens: int
+    """Lines: most pens, each of a colour; 0 for as many as the picture has."""
     as_is: bool
     """Drawings: do not undo an enlargement or uneven light."""
     blur: float | str

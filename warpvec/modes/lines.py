@@ -15,9 +15,10 @@ from warpvec.errors import InputError
 from warpvec.fit.loop import single_torch_thread
 from warpvec.flat.color_layers.layering import color_name
 from warpvec.flat.constants.curves import CURVES
+from warpvec.flat.lines.dots import dot
 from warpvec.flat.lines.line import DrawnLine, scene_of
 from warpvec.flat.lines.pen_travel import ordered, pen_travel
-from warpvec.flat.lines.pens import find_pens
+from warpvec.flat.lines.pens import find_pens, with_fewer_pens
 from warpvec.flat.lines.tracing import LineTracing, trace_lines
 from warpvec.flat.lines.widths import by_width
 from warpvec.modes.flat import drawn, reduced_settings
@@ -40,7 +41,9 @@ class Lines:
 
         def draw(detail: float) -> Drawing:
             tolerance = None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail
-            tracing = _traced(request, tolerance)
+            tracing = _traced(request, tolerance, detail)
+            lines = with_fewer_pens(tracing.lines + _dots(request), request.settings.pens)
+            tracing = replace(tracing, lines=lines)
             if not tracing.lines:
                 raise InputError("IN", "must have lines darker than their paper", "none", "look at the picture")
             return _drawing(request, tracing, detail)
@@ -49,9 +52,9 @@ class Lines:
             return drawn(request, draw)
 
 
-def _traced(request: Request, tolerance: float | None) -> LineTracing:
+def _traced(request: Request, tolerance: float | None, detail: float) -> LineTracing:
     """Return the lines of all pens, from bottom to top, or those of black ink if the picture has no colours."""
-    image, settings = request.picture.reduced, reduced_settings(request)
+    image, settings = request.picture.reduced, replace(reduced_settings(request), detail=detail)
     pens = find_pens(image)
     if not pens:
         return trace_lines(image, settings, tolerance, request.watch)
@@ -68,11 +71,23 @@ def _traced(request: Request, tolerance: float | None) -> LineTracing:
     return found
 
 
+def _dots(request: Request) -> list[DrawnLine]:
+    """Return the dots that the picture is without."""
+    scene = None if request.thin_lines is None else request.thin_lines.dots
+    if scene is None or scene.forms is None:
+        return []
+    x_y_radius, colors = scene.forms.parameters[:, :3].double().numpy(), scene.color.tolist()
+    return [
+        dot(each[:2], 2.0 * float(each[2]), (red, green, blue))
+        for each, (red, green, blue) in zip(x_y_radius, colors, strict=True)
+    ]
+
+
 def _drawing(request: Request, tracing: LineTracing, detail: float) -> Drawing:
     """Return the drawing of traced lines, with a path for each line, and a layer for each colour and width."""
     colors = dict.fromkeys(line.color for line in tracing.lines)
     lines = _with_width(tracing.lines, request)
-    pens = [ordered(pen) for color in colors for pen in by_width([line for line in lines if line.color == color])]
+    pens = [ordered(pen) for color in colors for pen in _pens([line for line in lines if line.color == color])]
     scene = scene_of([[line] for pen in pens for line in pen])
     layer = torch.tensor([k for k, pen in enumerate(pens) for _ in pen], dtype=torch.int64)
     scale = 1.0 / _reduction(request)
@@ -91,6 +106,14 @@ def _drawing(request: Request, tracing: LineTracing, detail: float) -> Drawing:
     }
     left_out = {"speck": tracing.speck_count, "faint line": tracing.faint_count}
     return Drawing.of(replace(scene, generation=layer), encoding, "cpu", left_out=left_out, line_facts=facts)
+
+
+def _pens(lines: list[DrawnLine]) -> list[list[DrawnLine]]:
+    """Return ``lines`` of a colour in groups of a width: dots have the exact ones, which are their tone."""
+    dots = [line for line in lines if line.is_dot]
+    widths = sorted({line.width for line in dots}, reverse=True)
+    others = by_width([line for line in lines if not line.is_dot])
+    return others + [[line for line in dots if line.width == width] for width in widths]
 
 
 def _with_width(lines: list[DrawnLine], request: Request) -> list[DrawnLine]:

@@ -1,4 +1,4 @@
-"""Take straight thin lines out of the picture of a request, so that they are drawn as lines and the rest as it is."""
+"""Take straight thin lines and dots out of the picture of a request: they are drawn as such, the rest as it is."""
 
 from __future__ import annotations
 
@@ -13,30 +13,45 @@ if TYPE_CHECKING:  # SciPy, which a photo does not need
 
 
 def with_lines_apart(found: Restoration) -> Restoration:
-    """Return ``found`` with the straight thin lines of its picture apart, if it has a set of equal ones.
+    """Return ``found`` with the straight thin lines of its picture apart, if it has a set of equal ones, and the dots.
 
-    Thin lines look like the rims of a reduction, or like blur, so that a picture with them is taken as it is.
+    Thin lines and dots look like the rims of a reduction, or like blur. A picture with such lines is taken as it is,
+    and one with dots if there are no rims without them.
     """
     given, condition = found.given, found.condition
     if not _may_have_lines(given, condition):
         return found
-    from warpvec.condition.blur import SHARP
     from warpvec.flat.thin_lines.thin_lines import find_thin_lines
 
-    picture = given.picture
-    lines = find_thin_lines(picture.reduced)
+    picture, settings = given.picture, given.settings
+    lines = find_thin_lines(picture.reduced, settings.curves, has_lines=settings.mode != "lines")
     if lines is None:
         return found
     encoding = replace(given.encoding, picture=replace(picture, reduced=lines.ground))
-    clean = None if condition is None else replace(condition, edge_blur=SHARP, reduction=None)
-    return Restoration(given, clean, replace(given, encoding=encoding, thin_lines=lines))
+    apart = replace(given, encoding=encoding, thin_lines=lines)
+    if condition is None:
+        return Restoration(given, None, apart)
+    from warpvec.condition.blur import SHARP
+    from warpvec.condition.condition import measure_condition
+
+    is_soft = condition.reduction is not None or condition.blur > 0.0
+    if is_soft and not len(lines.strokes):
+        rest = measure_condition(lines.ground)
+        if rest.reduction is not None or rest.blur > 0.0:
+            return found
+    return Restoration(given, replace(condition, edge_blur=SHARP, reduction=None), apart)
 
 
 def _may_have_lines(request: Request, condition: Condition | None) -> bool:
-    """Return whether a picture can have lines that its settings want as such, and is clean enough to tell them."""
+    """Return whether a picture can have lines or dots that its settings want as such, and is clean enough for them."""
     settings = request.settings
     is_free = settings.strokes == "auto" and not (settings.cutout or settings.colors or request.goal)
-    is_free = is_free and settings.mode in ("auto", "flat") and settings.palette is None and settings.min_area == 0.0
+    is_free = (
+        is_free
+        and settings.mode in ("auto", "flat", "mono", "lines")
+        and settings.palette is None
+        and settings.min_area == 0.0
+    )
     if not is_free or request.picture.is_transparent or request.watch.is_over():
         return False
     if condition is None:

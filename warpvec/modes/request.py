@@ -29,7 +29,7 @@ class Request:
         goal: requirements on the file; false for none. ``settings.curves`` is then the most that may be used.
         encoding: how the drawing becomes a file.
         watch: progress, stop, clock and history of the run.
-        thin_lines: straight thin lines, which the copy of the picture is without; None for none.
+        thin_lines: straight thin lines and dots, which the copy of the picture is without; None for none.
     """
 
     settings: FitConfig

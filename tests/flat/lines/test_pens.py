@@ -30,6 +30,14 @@ def test_lines_keep_their_colours_and_are_one_stroke_each(shapes: str, count: in
     assert len({tuple(each) for each in found}) == len(levels)
 
 
+def test_the_nearest_colours_share_a_pen_if_there_are_fewer() -> None:
+    scene = warpvec.vectorize(picture(METRO), mode="lines", pens=3).scene
+    found = {tuple(each) for each in (255.0 * scene.color).round().int().tolist()}
+    assert len(scene) == 4 and len(found) == 3
+    # The light blue line is drawn by the blue or the yellow pen, which are longer; red stays.
+    assert any(red > 200 and green < 30 for red, green, _ in found)
+
+
 def test_pens_come_in_painting_order() -> None:
     pens = find_pens(
         picture('<g stroke-width="6"><path stroke="#00c" d="M10 64H118"/><path stroke="#c00" d="M64 10V118"/></g>')

@@ -10,6 +10,7 @@ from line_pictures import picture
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.lines.line import DrawnLine
 from warpvec.flat.lines.tracing import trace_lines
+from warpvec.geometry.forms.registry import CIRCLE
 from warpvec.watch.watch import Watch
 
 CONFIG = FitConfig(threads=1, device="cpu", mode="lines")
@@ -38,6 +39,13 @@ def test_a_diagonal_line_and_a_ring_stay_whole() -> None:
     assert not ring.rows.is_open and line.rows.is_open
     assert np.abs(np.linalg.norm(ring.rows.control[:, 0] - [40.0, 90.0], axis=1) - 24.0).max() < 0.1
     assert ring.width == line.width == pytest.approx(5.0, abs=0.1)
+
+
+def test_a_circle_that_lines_cross_is_a_circle() -> None:
+    shapes = '<circle cx="60" cy="64" r="30"/><path d="M10 64H118M60 20V64"/>'
+    (ring,) = [line for line in lines_of(f'<g stroke-width="3">{shapes}</g>') if not line.rows.is_open]
+    assert ring.form is not None and ring.form.kind == CIRCLE
+    assert np.abs(ring.form.parameters[:3] - [60.0, 64.0, 30.0]).max() < 0.15
 
 
 def test_a_dot_is_a_line_of_no_length() -> None:

@@ -50,7 +50,7 @@ def _off(found: Floats, given: Floats) -> Floats:
 def test_each_line_of_a_hatch_is_found_once_at_its_place(angle: float, width: float) -> None:
     given = _hatch(angle, 3.0)
     # A mark shows the ink: that of lines thinner than a pixel can be told by nothing else.
-    found = find_thin_lines(_picture(_elements(given, width, "#123") + '<rect width="9" height="9" fill="#123"/>'))
+    found = find_thin_lines(_picture(_elements(given, width, "#123") + '<rect width="9" height="9" fill="#123"/>'), 512)
     assert found is not None
     assert len(_ends(found)) == len(given)
     assert _off(_ends(found), given).max() < 0.6
@@ -64,7 +64,7 @@ def test_the_lines_of_a_grid_go_through_crossings() -> None:
     columns = np.array([[[20.3 + 8.0 * k, 12.0], [20.3 + 8.0 * k, 108.0]] for k in range(15)])
     rows = np.array([[[20.3, 12.0 + 8.0 * k], [132.3, 12.0 + 8.0 * k]] for k in range(13)])
     given = np.concatenate([columns, rows])
-    found = find_thin_lines(_picture(_elements(given, 0.6, "#48a")))
+    found = find_thin_lines(_picture(_elements(given, 0.6, "#48a")), 512)
     assert found is not None
     assert len(_ends(found)) == len(given)
     assert _off(_ends(found), given).max() < 0.2
@@ -74,7 +74,7 @@ def test_the_lines_of_a_grid_go_through_crossings() -> None:
 def test_a_shape_that_lines_cross_stays_whole() -> None:
     shape = '<circle cx="80" cy="60" r="20" fill="#c22"/>'
     lines = _elements(_hatch(0.0, 9.0), 0.7, "#333")
-    found = find_thin_lines(_picture(lines + shape))
+    found = find_thin_lines(_picture(lines + shape), 512)
     assert found is not None
     off = 255.0 * np.abs(found.ground - _picture(shape)).max(2)
     # Its edge, where a line ends below it, is known to a part of a pixel only.
@@ -87,12 +87,12 @@ def test_arcs_edges_letters_and_frames_are_no_thin_lines() -> None:
     blocks = "".join(
         f'<rect x="{100 + 14 * k}" y="20" width="9" height="60" fill="#68a" stroke="#024"/>' for k in (0, 1, 2)
     )
-    assert find_thin_lines(_picture(arcs + blocks)) is None
+    assert find_thin_lines(_picture(arcs + blocks), 512) is None
 
 
 def test_hatching_on_a_colored_paper_is_found() -> None:
     given = _hatch(45.0, 5.0)
-    found = find_thin_lines(_picture(_elements(given, 0.7, "#fff"), "#1e4d8b"))
+    found = find_thin_lines(_picture(_elements(given, 0.7, "#fff"), "#1e4d8b"), 512)
     assert found is not None
     assert len(_ends(found)) == len(given)
     assert (255.0 * found.paper).round().tolist() == [0x1E, 0x4D, 0x8B]

@@ -57,9 +57,6 @@ class ThinLineConstants:
     parallel: float = 0.012
     """Largest difference in radians of the directions of parallel lines: 0.5 px on 40."""
 
-    axis_drift: float = 0.2
-    """A line that moves by less in pixels over its length is a level or a plumb line."""
-
     equals_min: int = 4
     """Fewest equal parallel lines of a staff, a hatch, a table or a grid."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
+from warpvec.arrays import Floats
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.lines.line import DrawnLine
 from warpvec.flat.lines.local_skeleton import Grid
@@ -26,13 +27,14 @@ def find_dots(grid: Grid, width: float) -> tuple[list[DrawnLine], Grid]:
         if inner >= LINES.dot_share * side:
             rows, columns = np.nonzero(labels[box] == k + 1)
             cells = np.array([[rows.mean() + box[0].start, columns.mean() + box[1].start]])
-            dots.append(_dot(grid.places(cells)[0], own))
+            dots.append(dot(grid.places(cells)[0], own))
             is_dot[k + 1] = True
     return dots, grid._replace(mask=grid.mask & ~is_dot[labels])
 
 
-def _dot(place: np.ndarray, width: float) -> DrawnLine:
+def dot(place: Floats, width: float, color: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> DrawnLine:
+    """Return a dot of a ``width`` at a ``place`` [2], in pixels: a short line with round caps."""
     half = np.array([LINES.dot / 2.0, 0.0])
     start, end = place - half, place + half
     control = np.array([[start, start + (end - start) / 3.0, start + (end - start) * 2.0 / 3.0], [end, end, end]])
-    return DrawnLine(Rows(control, np.array([True, True]), True), width, is_dot=True)
+    return DrawnLine(Rows(control, np.array([True, True]), True), width, is_dot=True, color=color)

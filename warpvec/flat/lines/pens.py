@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial.distance import pdist, squareform
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.lines import LINES
+from warpvec.flat.lines.line import DrawnLine
 from warpvec.image.oklab import to_oklab
 
 
@@ -162,3 +165,20 @@ def _painting_order(own: list[Floats], whole: list[Floats]) -> list[int]:
     """Return the pens from bottom to top: a pen lies above those that go on below it."""
     above = np.array([[float((own[j] * (whole[k] - own[k])).sum()) for k in range(len(own))] for j in range(len(own))])
     return np.argsort((above - above.T).sum(1), kind="stable").tolist()
+
+
+def with_fewer_pens(lines: list[DrawnLine], count_max: int) -> list[DrawnLine]:
+    """Return ``lines`` in at most ``count_max`` colours, 0 for any: the nearest two become that of the longer lines."""
+    lengths = dict.fromkeys((line.color for line in lines), 0.0)
+    for line in lines:
+        lengths[line.color] += line.length + line.width
+    pen = {color: color for color in lengths}
+    while 0 < count_max < len(lengths):
+        colors = list(lengths)
+        away = squareform(pdist(to_oklab(np.array(colors))))
+        np.fill_diagonal(away, np.inf)
+        pair = [colors[k] for k in np.unravel_index(away.argmin(), away.shape)]
+        gone, kept = sorted(pair, key=lengths.__getitem__)
+        lengths[kept] += lengths.pop(gone)
+        pen = {color: kept if own == gone else own for color, own in pen.items()}
+    return [replace(line, color=pen[line.color]) for line in lines]

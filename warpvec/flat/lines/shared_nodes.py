@@ -223,7 +223,7 @@ def _union(meetings: list[_Meeting]) -> _Meeting:
 
 def _changed(line: DrawnLine, cuts: list[tuple[float, Floats]], start: Floats | None, end: Floats | None) -> DrawnLine:
     """Return a line with nodes at ``cuts``: places along it, and the places [2] px of their nodes; and other ends."""
-    if not cuts and start is None and end is None:
+    if line.form is not None or (not cuts and start is None and end is None):
         return line
     curves, is_line = curves_of(line.rows), line.rows.is_line
     parts, kinds = [], []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats
 from warpvec.config.fit_config import FitConfig
-from warpvec.fit.target import Target
+from warpvec.flat.chains.chains import with_chains
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.constants.simplification import SIMPLIFICATION
@@ -25,9 +25,12 @@ from warpvec.flat.lines.local_skeleton import filled_grid
 from warpvec.flat.lines.shared_nodes import attached_ends, with_shared_nodes
 from warpvec.flat.lines.wide_areas import WideAreas, find_wide_areas, without
 from warpvec.flat.lines.widths import by_width
+from warpvec.flat.simplification.critic import Critic
+from warpvec.flat.strokes.attempts import form_of_line
 from warpvec.flat.strokes.center_lines import Shape, joined
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks
-from warpvec.flat.strokes.line_fitting import Line, fit_line
+from warpvec.flat.strokes.line_fitting import Line, Rows, fit_line
+from warpvec.geometry.forms.registry import form_of
 from warpvec.geometry.scene import over_white
 from warpvec.polish.polish import polish
 from warpvec.watch.watch import Watch
@@ -115,10 +118,28 @@ def _fitted(lines: list[DrawnLine], paper: Floats, settings: FitConfig, watch: W
     attached = attached_ends(before)
     if watch.is_over():
         return with_shared_nodes(before, attached)
-    target = Target(torch.from_numpy(np.repeat(paper[..., None], 3, 2).astype(np.float32)), settings, "cpu")
+    critic = Critic(torch.from_numpy(np.repeat(paper[..., None], 3, 2).astype(np.float32)), settings)
     watch.listener.hold()  # from now on, there are lines to save
     drawn = polish(
-        target, over_white(scene_of(paths)), settings, watch.part(planned=LINES.iterations),
+        critic.target, over_white(scene_of(paths)), settings, watch.part(planned=LINES.iterations),
         iterations=LINES.iterations, values_exact_max=SIMPLIFICATION.values_exact_max, gain_min=LINES.gain_min,
     ).scene  # fmt: skip
-    return with_shared_nodes([line for path in read_back(drawn, paths) for line in path], attached)
+    lines = [line for path in read_back(drawn, paths) for line in path]
+    return with_shared_nodes(_as_designed(lines, critic, watch), attached)
+
+
+def _as_designed(lines: list[DrawnLine], critic: Critic, watch: Watch) -> list[DrawnLine]:
+    """Return fitted ``lines`` as forms, or of lines, arcs and cubics, where the picture of the ``critic`` allows it."""
+    detail = critic.config.detail
+    found = [[_as_form(line, detail)] for line in lines]
+    scene = with_chains(over_white(scene_of(found)), critic, watch, detail)
+    return [line for path in read_back(scene, found) for line in path]
+
+
+def _as_form(line: DrawnLine, detail: float) -> DrawnLine:
+    """Return a ``line`` as the circle, ellipse or rectangle that it is, if it is closed and is one."""
+    form = None if line.rows.is_open else form_of_line(line.rows, [], line.width, detail)
+    if form is None:
+        return line
+    rows = Rows(form.curves, np.array(form_of(form.kind).is_line), False)
+    return replace(line, rows=rows, form=form)

@@ -124,7 +124,7 @@ def _with_forms(scene: Scene, found: dict[int, Candidate]) -> Scene:
     parted = replace(
         scene.select(torch.tensor(owners)), structure=structure, segments=torch.cat([curves[loop] for loop in order])
     )
-    return parted.with_forms(_forms_of(kinds))
+    return parted.with_forms(forms_of(kinds))
 
 
 def _parted(found: dict[int, Candidate], start: int, stop: int) -> dict[int, Candidate]:
@@ -136,7 +136,8 @@ def _parted(found: dict[int, Candidate], start: int, stop: int) -> dict[int, Can
     return own if len(own) >= SIMPLIFICATION.form_split_min * (stop - start) else {}
 
 
-def _forms_of(kinds: list[Candidate | None]) -> Forms:
+def forms_of(kinds: list[Candidate | None]) -> Forms:
+    """Return the forms of paths, of which each has one or none."""
     numbers = [OUTLINE if each is None else each.kind for each in kinds]
     parameters = np.stack([np.zeros(6) if each is None else each.parameters for each in kinds])
     return Forms(torch.tensor(numbers, dtype=torch.int32), torch.from_numpy(parameters).float())

@@ -13,7 +13,7 @@ from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.form_candidates import Candidate, candidates
 from warpvec.flat.simplification.local_error import errors_in_boxes
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
-from warpvec.flat.strokes.line_fitting import curves_of, fit_again
+from warpvec.flat.strokes.line_fitting import Rows, curves_of, fit_again
 from warpvec.flat.strokes.round_corners import corners_of, with_round_corners
 from warpvec.flat.strokes.stroke import Stroke
 
@@ -130,12 +130,18 @@ def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:
 
 def _form_of(stroke: Stroke, number: int, tolerance: float) -> Candidate | None:
     """Return the form of a closed line of a stroke, None if it has none. What lies under other lines is no evidence."""
-    line, t = stroke.lines[number], (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    others = [line for k, line in enumerate(stroke.lines) if k != number]
+    return form_of_line(stroke.lines[number], others, stroke.width, tolerance)
+
+
+def form_of_line(line: Rows, others: list[Rows], width: float, tolerance: float) -> Candidate | None:
+    """Return the form of a closed ``line`` within ``tolerance`` pixels; what lies under ``others`` is no evidence."""
+    t = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     curves = curves_of(line)
     points = cubic_points(curves, t)
     lengths = np.linalg.norm(cubic_slopes(curves, t), axis=-1) / _SAMPLES
-    others = [cubic_points(curves_of(other), t) for k, other in enumerate(stroke.lines) if k != number]
     if others:
-        near, _ = cKDTree(np.concatenate(others).reshape(-1, 2)).query(points)
-        lengths = np.where(near < STROKES.meeting_reach * stroke.width, 0.0, lengths)
+        over = np.concatenate([cubic_points(curves_of(other), t) for other in others]).reshape(-1, 2)
+        near, _ = cKDTree(over).query(points)
+        lengths = np.where(near < STROKES.meeting_reach * width, 0.0, lengths)
     return next(candidates(points, lengths, line.is_line, tolerance), None)

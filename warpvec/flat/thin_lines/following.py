@@ -8,7 +8,7 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
-from warpvec.flat.thin_lines.pieces import Piece, fitted, is_bent, straight_pieces
+from warpvec.flat.thin_lines.pieces import STEEP_MAX, Piece, fitted, is_bent, straight_pieces
 
 
 class ThinLine(NamedTuple):
@@ -34,6 +34,10 @@ class ThinLine(NamedTuple):
         y = np.array([self.top, self.bottom])
         points = np.stack([self.start + self.slope * y, y], 1)
         return points[:, ::-1] if self.is_level else points
+
+    def has(self, x: float, y: float) -> bool:
+        """Return whether a place lies on it."""
+        return self.top <= y <= self.bottom and abs(self.start + self.slope * y - x) < 0.75
 
     @property
     def length(self) -> float:
@@ -67,18 +71,16 @@ def _each_once(lines: list[ThinLine]) -> list[ThinLine]:
     """Return ``lines`` without those of 45 degrees that were found both ways: the longer ones stay."""
     kept: list[ThinLine] = []
     for line in sorted(lines, key=lambda line: -line.length):
-        is_known = abs(line.slope) > 0.9 and any(_lies_on(line, other) for other in kept)
-        if not is_known:
+        if not any(_lies_on(line, other) for other in kept):
             kept.append(line)
     return kept
 
 
 def _lies_on(line: ThinLine, other: ThinLine) -> bool:
-    """Return whether ``line``, found the other way, lies on ``other``."""
-    if line.is_level == other.is_level or abs(other.slope) < 0.9 or line.slope * other.slope < 0:
-        return False
+    """Return whether ``line``, found the other way, lies on ``other``: both are near 45 degrees."""
+    is_diagonal = line.slope * other.slope > 0 and min(abs(line.slope), abs(other.slope)) > 1.0 / STEEP_MAX**3
     x, y = line.ends.mean(0)[:: -1 if other.is_level else 1]
-    return other.top <= y <= other.bottom and abs(other.start + other.slope * y - x) < 0.75
+    return line.is_level != other.is_level and is_diagonal and other.has(x, y)
 
 
 def _steep_lines(residual: Floats, is_level: bool) -> list[ThinLine]:
@@ -97,8 +99,7 @@ def _steep_lines(residual: Floats, is_level: bool) -> list[ThinLine]:
 def _is_known(piece: Piece, lines: list[ThinLine]) -> bool:
     """Return whether a piece lies on one of the ``lines``."""
     middle = (piece.first + piece.last + 1) / 2.0
-    x = piece.start + piece.slope * middle
-    return any(line.top <= middle <= line.bottom and abs(line.start + line.slope * middle - x) < 0.75 for line in lines)
+    return any(line.has(piece.start + piece.slope * middle, middle) for line in lines)
 
 
 def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> ThinLine | None:
@@ -122,7 +123,7 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
         if is_clean.sum() < max(THIN_LINES.length_min, THIN_LINES.clean_share_min * is_open.sum()):
             return None
         start, slope, bend = fitted((rows + 0.5).astype(np.float64), profile.middle[rows], is_clean)
-        if abs(slope) > 1.03:
+        if abs(slope) > STEEP_MAX:
             return None
         clean = rows[is_clean]
     paper_max = np.maximum(THIN_LINES.paper_share * profile.most[clean], THIN_LINES.contrast_min)
@@ -177,13 +178,13 @@ def _ended(
     def part(row: int) -> float:
         return float(np.clip(share[row], 0.0, 1.0)) if 0 <= row < len(share) else 0.0
 
-    top = first - part(first - 1) if first == rows[0] and part(first - 1) < THIN_LINES.support_min else float(first)
-    bottom = float(last + 1)
-    if last == rows[-1] and part(last + 1) < THIN_LINES.support_min:
-        bottom += part(last + 1)
-    if first == rows[0] and share[first] < 1.0 and part(first - 1) < 0.1:
-        top += 1.0 - part(first)
-    if last == rows[-1] and share[last] < 1.0 and part(last + 1) < 0.1:
-        bottom -= 1.0 - part(last)
+    def beyond(edge: int, step: int) -> float:
+        """Return how far the line goes on from the row ``edge``, where its run ends."""
+        outside = part(edge + step)
+        own = 1.0 - part(edge) if outside < 0.1 else 0.0
+        return (outside if outside < THIN_LINES.support_min else 0.0) - own
+
+    top = first - (beyond(first, -1) if first == rows[0] else 0.0)
+    bottom = last + 1 + (beyond(last, 1) if last == rows[-1] else 0.0)
     is_crisp = bool(np.median(profile.most[clean] / np.maximum(profile.amount[clean], 1e-9)) > 0.97)
     return ThinLine(start, slope, top, bottom, is_level, look, is_crisp)

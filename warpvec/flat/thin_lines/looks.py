@@ -13,7 +13,11 @@ import numpy as np
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.thin_lines import THIN_LINES
+from warpvec.flat.price import PRECISION
 from warpvec.flat.thin_lines.following import ThinLine
+
+_DRIFT = 2.0 * PRECISION
+"""A line that moves by less in pixels over its length is a level or a plumb line: each end may be off by half of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +108,7 @@ def _parallel(group: list[ThinLine]) -> list[list[ThinLine]]:
     for line in group:
         for part in parts:
             first = part[0]
-            limit = THIN_LINES.parallel + THIN_LINES.axis_drift / line.length
+            limit = THIN_LINES.parallel + _DRIFT / line.length
             if first.is_level == line.is_level and abs(first.slope - line.slope) <= limit:
                 part.append(line)
                 break
@@ -117,7 +121,7 @@ def _turned(part: list[ThinLine]) -> list[ThinLine]:
     """Return parallel lines with the very same direction, around their middles."""
     lengths = np.array([line.length for line in part])
     slope = float(np.average([line.slope for line in part], weights=lengths**3))
-    if abs(slope) * lengths.max() <= THIN_LINES.axis_drift:
+    if abs(slope) * lengths.max() <= _DRIFT:
         slope = 0.0
     return [_with_slope(line, slope) for line in part]
 

@@ -9,6 +9,9 @@ import numpy as np
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 
+STEEP_MAX = 1.03
+"""Largest slope of a piece over rows, where a line of 45 degrees has about 1; steeper ones are found over columns."""
+
 
 class Piece(NamedTuple):
     """A line x = start + slope * y over the rows ``first`` to ``last``, with the middle of row 0 at y = 0.5."""
@@ -105,7 +108,7 @@ def _straight(middles: _Middles, chain: Integers) -> list[Piece]:
     if abs(off[worst]) > THIN_LINES.straight_max:
         cut = min(max(worst, 1), len(chain) - 1)
         return _straight(middles, chain[:cut]) + _straight(middles, chain[cut:])
-    if abs(slope) > 1.03 or is_bent(y, off):
+    if abs(slope) > STEEP_MAX or is_bent(y, off):
         return []
     return [Piece(start, slope, int(middles.row[chain[0]]), int(middles.row[chain[-1]]))]
 

@@ -1,4 +1,4 @@
-"""Find the straight thin lines of a drawing, and the picture without them.
+"""Find the straight thin lines and the dots of a drawing, and the picture without them.
 
 A staff, a table, graph paper or a hatch is a set of equal lines that go straight through all that they cross. Traced by
 regions, each would be cut into the sides of its meshes, and one thinner than a pixel would have no region. So the lines
@@ -17,6 +17,7 @@ from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.lines.line import DrawnLine, scene_of
 from warpvec.flat.strokes.line_fitting import Rows
+from warpvec.flat.thin_lines.dots import without_dots
 from warpvec.flat.thin_lines.following import ThinLine, follow_lines
 from warpvec.flat.thin_lines.looks import EqualLines, equal_lines
 from warpvec.geometry.scene import Scene
@@ -24,42 +25,61 @@ from warpvec.geometry.strokes import BUTT
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
 
+_END_REACH = 1.5
+"""Largest distance in pixels of an end from a line on which it lies."""
+
 
 class ThinLines(NamedTuple):
-    """The straight thin lines of a picture.
+    """The straight thin lines and the dots of a picture.
 
     Attributes:
         strokes: a path for equal lines of one direction, each line a loop of it.
-        paper: the colour [3] that they lie on, sRGB-encoded in [0, 1].
+        dots: circles.
+        paper: the colour [3] that the lines lie on, sRGB-encoded in [0, 1].
         ground: the picture without them [h, w, 3].
     """
 
     strokes: Scene
+    dots: Scene
     paper: Floats
     ground: Floats32
 
     def with_scene(self, scene: Scene) -> Scene:
-        """Return ``scene``, a drawing of the ground, above the lines; below them if its canvas is not the paper."""
+        """Return ``scene``, a drawing of the ground, with the lines below it and the dots above.
+
+        The lines are above it if its canvas is not the paper.
+        """
+        return self._with_lines(scene).joined(self.dots)
+
+    def _with_lines(self, scene: Scene) -> Scene:
         canvas = np.ones(3) if scene.transparent else scene.background.numpy().astype(np.float64)
         is_paper = np.abs(canvas - self.paper).max() <= THIN_LINES.explained
         lines = replace(self.strokes, background=scene.background, transparent=scene.transparent)
         return lines.joined(scene) if is_paper else scene.joined(lines)
 
 
-def find_thin_lines(image: Floats32) -> ThinLines | None:
-    """Return the straight thin lines of an opaque ``image`` [h, w, 3], sRGB-encoded in [0, 1]; None if it has none."""
+def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = True) -> ThinLines | None:
+    """Return the straight thin lines and dots of an opaque ``image`` [h, w, 3], sRGB-encoded in [0, 1]; None for none.
+
+    Args:
+        image: the picture.
+        dot_count_max: as the ``count_max`` of `find_dots`.
+        has_lines: whether to look for lines, too.
+    """
     levels = np.rint(255.0 * image.astype(np.float64))
     colors, counts = _frequent_colors(levels)
-    paper = colors[counts.argmax()]
-    if counts.max() < THIN_LINES.paper_share_min * levels[..., 0].size:
-        return None
-    lines = follow_lines(levels - paper)
     inks = colors[counts >= THIN_LINES.ink_pixels_min]
-    found = equal_lines(lines, paper, inks)
-    if not found:
+    papers = colors[counts >= THIN_LINES.paper_share_min * levels[..., 0].size]
+    if not len(papers):
+        return None
+    levels, dots = without_dots(levels, papers, inks, dot_count_max)
+    paper = colors[counts.argmax()]
+    found = equal_lines(follow_lines(levels - paper), paper, inks) if has_lines else []
+    if not found and not len(dots):
         return None
     strokes = scene_of([[_drawn(line, each) for line in each.lines] for each in _joined(found)])
-    return ThinLines(strokes, paper / 255.0, _without(levels, paper, strokes))
+    ground = _without(levels, paper, strokes) if found else (levels / 255.0).astype(np.float32)
+    return ThinLines(strokes, dots, paper / 255.0, ground)
 
 
 def _frequent_colors(levels: Floats) -> tuple[Floats, Integers]:
@@ -85,19 +105,17 @@ def _on_others(line: ThinLine, others: list[ThinLine]) -> ThinLine:
     """Return ``line`` with each end on the nearest of the ``others`` that cross it there."""
     places = []
     for other in others:
-        if other.is_level == line.is_level:
-            continue
         # x = a + b y and y = c + d x
         y = (other.start + other.slope * line.start) / max(1.0 - other.slope * line.slope, 1e-9)
         x = line.start + line.slope * y
-        if other.top - 1.5 <= x <= other.bottom + 1.5:
+        if other.is_level != line.is_level and other.top - _END_REACH <= x <= other.bottom + _END_REACH:
             places.append(y)
     if not places:
         return line
     near = np.array(places)
-    top, bottom = (float(near[np.abs(near - end).argmin()]) for end in (line.top, line.bottom))
-    top = top if abs(top - line.top) <= 1.5 else line.top
-    bottom = bottom if abs(bottom - line.bottom) <= 1.5 else line.bottom
+    nearest = (float(near[np.abs(near - end).argmin()]) for end in (line.top, line.bottom))
+    ends = zip(nearest, (line.top, line.bottom), strict=True)
+    top, bottom = (place if abs(place - end) <= _END_REACH else end for place, end in ends)
     return line._replace(top=top, bottom=bottom) if bottom > top else line
 
 
