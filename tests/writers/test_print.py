@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 import zlib
 from io import BytesIO
 from pathlib import Path
@@ -193,3 +194,13 @@ def test_poppler_makes_an_svg_of_translucent_gradients(tmp_path: Path) -> None:
     subprocess.run(["pdftocairo", "-svg", tmp_path / "a.pdf", tmp_path / "a.svg"], check=True)
     again = (tmp_path / "a.svg").read_text().replace('width="120pt" height="60pt"', 'width="160" height="80"')
     assert psnr(draw(again), draw(text)) > 35  # 15 where its units are not points
+
+
+@pytest.mark.parametrize("method", ["svg2pdf", "svg2eps"])
+def test_a_file_for_print_does_not_say_when_it_was_written(method: str) -> None:
+    skip_without_cairo()
+    from warpvec.writers.cairo_work import work
+
+    (data,) = work(b'<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"><path d="M0 0H9V9z"/></svg>', method)
+    dates = re.findall(rb"CreationDate[^\n]*", data)
+    assert dates and not any(time.strftime("%Y").encode() in date for date in dates)
