@@ -45,6 +45,8 @@ from warpvec.fit.loop import _Fit
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
 from warpvec.geometry.scene import Scene
+from warpvec.paper.side_terms import SideTerms
+from warpvec.paper.stages.row_opacity import RowOpacity
 from warpvec.paper.stages.splat_binning import SplatBinning
 from warpvec.paper.stages.splat_coverage import SplatCoverage
 from warpvec.paper.stages.splatting import Splatting
@@ -92,6 +94,7 @@ STAGES = {
         *_LAST,
     ),
     "splat": (
+        Stage("row_opacity", RowOpacity, "run"),
         Stage("splatting", Splatting, "run"),
         Stage("splat_binning", SplatBinning, "bin_splats"),
         *_WITHIN_BINNING,
@@ -99,6 +102,8 @@ STAGES = {
         *_AFTER,
         Stage("splat_coverage_adjoint", SplatCoverage, "adjoint"),
         Stage("splatting_adjoint", Splatting, "adjoint"),
+        Stage("row_opacity_adjoint", RowOpacity, "adjoint"),
+        Stage("side_terms", SideTerms, "add_adjoint"),
         *_LAST,
     ),
 }
