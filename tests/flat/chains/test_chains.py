@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from chain_pictures import line, quarter, rounded_rectangle, split
 from flat_drawings import BLACK, BLUE, RED, drawing, picture
-from scenes import rectangle, straight
+from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.arc_rounding import with_arcs
@@ -139,3 +139,14 @@ def test_bars_of_nearly_one_height_are_aligned():
     found = regular(scene, image)
 
     assert len(set(found.segments[:, 0, 1].tolist())) == 2
+
+
+def test_an_ellipse_that_is_no_form_stays_one() -> None:
+    """The picture shows it a little flat, as circles are that designers draw by hand."""
+    exact, flat = circle(32.0, 32.0, 24.0), circle(32.0, 32.0, 24.0)
+    flat[0::3] += 0.012 * (32.0 - flat[0::3])
+    scene = drawing((BLACK, [exact]))
+
+    found = regular(scene, picture(drawing((BLACK, [flat]))))
+
+    torch.testing.assert_close(found.segments, scene.segments, atol=1e-4, rtol=0)

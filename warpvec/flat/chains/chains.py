@@ -25,6 +25,7 @@ from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.outline_samples import cubic_points, segment_loops
 from warpvec.geometry.bezier import whole_curves
+from warpvec.geometry.quarter import QUARTER_HANDLE
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.polish.polish import polish
@@ -134,7 +135,7 @@ def _fitted(
 
 
 def _chains_of(scene: Scene) -> dict[int, Chain]:
-    """Return the chain of each loop that has no form."""
+    """Return the chain of each loop that has no form, and is no ellipse: that is its shortest word already."""
     control, structure = whole_curves(scene).double().numpy(), scene.structure
     owner, forms = structure.segment_path.numpy(), scene.forms
     found = {}
@@ -143,9 +144,21 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
         is_form = forms is not None and bool(forms.is_form[owner[start]])
         curves = control[start : stop - is_open]
         curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > 1e-6]
-        if not is_form and 0 < len(curves) <= CURVES_MAX:
+        if not is_form and 0 < len(curves) <= CURVES_MAX and not _are_ellipse(curves):
             found[loop] = Chain.of(curves, not is_open)
     return found
+
+
+def _are_ellipse(curves: Floats) -> bool:
+    """Return whether ``curves`` [S, 4, 2] are the quarters of an ellipse: the image of a circle's by a linear map."""
+    if len(curves) != 4:
+        return False
+    center = curves[:, 0].mean(0)
+    begin = curves[:, 0] - center
+    end = np.roll(begin, -1, axis=0)
+    exact = center + np.stack([begin, begin + QUARTER_HANDLE * end, end + QUARTER_HANDLE * begin, end], 1)
+    off = max(np.abs(curves - exact).max(), np.abs(begin[:2] + begin[2:]).max())
+    return bool(off <= HANDLE_ERROR)
 
 
 def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:

@@ -9,9 +9,7 @@ import numpy as np
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-
-QUARTER_HANDLE = 4.0 / 3.0 * math.tan(math.pi / 8.0)
-"""Length of the handles of a quarter of a circle of radius 1."""
+from warpvec.geometry.quarter import QUARTER_HANDLE
 
 
 class Ellipse(NamedTuple):
