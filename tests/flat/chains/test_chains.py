@@ -150,3 +150,12 @@ def test_an_ellipse_that_is_no_form_stays_one() -> None:
     found = regular(scene, picture(drawing((BLACK, [flat]))))
 
     torch.testing.assert_close(found.segments, scene.segments, atol=1e-4, rtol=0)
+
+
+def test_a_sliver_does_not_become_a_point() -> None:
+    lens = torch.tensor([[30.0, 32.0], [31.2, 32.06], [32.2, 32.12], [33.4, 32.17], [32.3, 32.11], [31.2, 32.05]])
+    scene = drawing(((0.98, 0.98, 0.98), [lens]))
+
+    found = regular(scene, picture(scene))
+
+    assert (np.ptp(found.segments.numpy(), axis=(0, 1)) > 0.1).all()

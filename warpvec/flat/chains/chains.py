@@ -77,7 +77,8 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         if not left or watch.is_over():
             break
         fixed = _points_but(scene, left) if is_regular else None
-        tried = _said(left, share * verdict.spread, nats, fixed, middle)
+        said = _said(left, share * verdict.spread, nats, fixed, middle)
+        tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], left[loop].is_closed)}
         new = with_rows(scene, found | tried)
         refused, boxes = verdict.refused(new, _mask(scene, tried), shares_of(scene, new))
         found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
@@ -217,6 +218,12 @@ def _rows(words: Words, is_open: bool) -> tuple[Floats, Mask]:
         rows.append(np.repeat(words[-1][1][2:4][None, None], 3, 1))
         is_line.append(np.array([True]))
     return np.concatenate(rows), np.concatenate(is_line)
+
+
+def _has_size(rows: Floats, is_closed: bool) -> bool:
+    """Return whether ``rows`` [S, 3, 2] show something: the numbers of a sliver may be nearly equal."""
+    extent = np.ptp(rows, axis=(0, 1))
+    return bool((extent.min() if is_closed else extent.max()) > HANDLE_ERROR)
 
 
 def with_rows(scene: Scene, loops: dict[int, tuple[Floats, Mask]]) -> Scene:
