@@ -152,3 +152,7 @@ def test_a_file_for_word_has_a_picture_beside_that_is_never_the_input(photo: Pat
     assert result.exit_code == 0, result.output
     assert out.with_name(f"{out.name}.png").read_bytes().startswith(b"\x89PNG")
     assert photo.read_bytes() == before
+    named_alike = photo.rename(photo.with_name("logo.svg.png"))
+    refused = invoke("run", named_alike, photo.with_name("logo.svg"), "--for", "word", *QUICK)
+    assert refused.exit_code == 2 and "must be another file than IN" in refused.output
+    assert named_alike.read_bytes() == before

@@ -117,7 +117,7 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
     if options["cut_once"] is not None:
         facts["cut_once"] = _write_once(result, options)
     if options["split"] is not None:
-        facts["split"] = _write_parts(result, options)
+        facts["split"] = _write_parts(result, out, options)
     if options["embroidery_check"]:
         facts["embroidery_warnings"] = _check_embroidery(result)
     if options["sheets"] is None and not options["check_cut"]:
@@ -149,14 +149,15 @@ def _check_embroidery(result: Result) -> list[str]:
     return found
 
 
-def _write_parts(result: Result, options: Mapping[str, Any]) -> int:
-    """Write a file for each part that lies apart, and return their number."""
+def _write_parts(result: Result, out: str, options: Mapping[str, Any]) -> int:
+    """Write a file for each part that lies apart, named after ``out``, and return their number."""
     from warpvec.drawing.split import split_texts
 
     folder, texts = Path(options["split"]), split_texts(result.drawing)
     folder.mkdir(exist_ok=True)
+    stem, digits = "part" if out == "-" else Path(out).stem, len(str(len(texts)))
     for number, text in enumerate(texts, 1):
-        write_atomic(folder / f"{number:0{len(str(len(texts)))}}.svg", text.encode())
+        write_atomic(folder / f"{stem}-{number:0{digits}}.svg", text.encode())
     if not options["quiet"]:
         click.echo(f"warpvec: {in_one_line(str(folder))}: {counted(len(texts), 'part')}", err=True)
     return len(texts)

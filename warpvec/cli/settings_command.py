@@ -28,6 +28,7 @@ from warpvec.config.setting import Setting
 from warpvec.config.toml_file import read_settings
 from warpvec.errors import InputError
 from warpvec.files import check_writable
+from warpvec.purposes.table import PURPOSES
 from warpvec.writers.registry import WRITERS
 
 _INPUTS = {"source": "IN", "drawing": "--from", "resume": "--resume", "config_file": "--config"}
@@ -42,6 +43,13 @@ _OUTPUTS = {
     "cut_once": "--cut-once",
 }
 """Parameter of a command -> the file's name on the command line."""
+
+
+def _picture_beside(params: dict[str, Any]) -> dict[str, str]:
+    """Return the PNG that a purpose writes beside OUT, by a name for it."""
+    purpose, out = PURPOSES.get(params.get("purpose") or ""), params.get("out")
+    has_picture = purpose is not None and purpose.has_picture and out not in (None, "-")
+    return {f"the PNG of --for {params['purpose']}": f"{out}.png"} if has_picture else {}
 
 
 _FULL = "warpvec.full_help"
@@ -69,7 +77,8 @@ class SettingsCommand(click.Command):
         """Check the files and call the command, without the options that are dealt with here, --config and --opaque."""
         if "out" in ctx.params and ctx.params["out"] is None:
             ctx.params["out"] = "-" if ctx.params.get("placeholder") else _default_out(ctx.params)
-        check_distinct_files({label: ctx.params.get(name) for name, label in (_INPUTS | _OUTPUTS).items()})
+        files = {label: ctx.params.get(name) for name, label in (_INPUTS | _OUTPUTS).items()}
+        check_distinct_files(files | _picture_beside(ctx.params))
         check_one_stdin({label: ctx.params.get(name) for name, label in _INPUTS.items()})
         del ctx.params["config_file"]
         if ctx.params["write_config"] is not None:

@@ -14,6 +14,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
 from warpvec.drawing.drawing import Drawing
+from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
 from warpvec.svg.measure import draw
@@ -30,13 +31,18 @@ def split_texts(drawing: Drawing) -> list[str]:
 
     What touches is one piece. Pieces are one part if the gap between them is of the narrow kind, as between the lines
     of an icon. Gaps are of two kinds where their widths differ most.
+
+    Raises:
+        InputError: it has too many pieces.
     """
-    scene, picture = replace(drawing.scene, transparent=True, background=torch.zeros(3)), drawing.encoding.picture
+    scene, picture = replace(drawing.scene.cpu(), transparent=True, background=torch.zeros(3)), drawing.encoding.picture
     width, height = picture.width, picture.height
     shown = draw(write_svg(scene, width, height), width, height, transparent=True)[..., 3] > 0
     labels, count = ndimage.label(shown, np.ones((3, 3)))
-    if not 0 < count <= PIECES_MAX:
-        return [] if count == 0 else [drawing.text]
+    if count == 0:
+        return []
+    if count > PIECES_MAX:
+        raise InputError("--split", f"must have a drawing of at most {PIECES_MAX:,} pieces", f"{count:,}")
     boxes = np.array([[[s.start, s.stop] for s in box] for box in ndimage.find_objects(labels)])
     part = _parts(boxes)
     parted, owner = _parted(scene, part[_piece_of_loop(scene, labels)])

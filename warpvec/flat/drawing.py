@@ -173,7 +173,7 @@ class FlatDrawing:
             scene = with_fewer_stops(scene, self.critic, watch)
             scene = self._polished(scene, DRAWING.last_iterations)
             scene = with_whole_levels(scene, self.critic, watch)
-            # Last, as a fit would undo exact circles and level lines.
+            # Last, as a fit would undo exact ellipses.
             scene = regularize(scene, self.critic, watch, detail)
             watch.tell("looking for lines and circles")
             # A file of parts without overlaps has outlines only.

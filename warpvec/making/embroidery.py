@@ -19,7 +19,8 @@ thread is 0.4 mm thick."""
 def embroidery_warnings(drawing: Sheet) -> list[str]:
     """Return what will go wrong, a line for each place, in millimetres from the upper left corner."""
     filled = [(part.color, shape) for part in drawing.parts if part.stroke is None for shape in part.shapes]
-    loops = [(color, shapely.Polygon(line_of(shape))) for color, shape in filled]
+    lines = [(color, line_of(shape)) for color, shape in filled]
+    loops = [(color, shapely.Polygon(line)) for color, line in lines if len(line) > 2]
     found = [f"{color}: an outline crosses itself {_at(loop)}" for color, loop in loops if not loop.is_valid]
     regions = []
     for color, sheet in sheets_of(drawing, SheetOptions()).items():

@@ -47,10 +47,7 @@ def _may_have_lines(request: Request, condition: Condition | None) -> bool:
     settings = request.settings
     is_free = settings.strokes == "auto" and not (settings.cutout or settings.colors or request.goal)
     is_free = (
-        is_free
-        and settings.mode in ("auto", "flat", "mono", "lines")
-        and settings.palette is None
-        and settings.min_area == 0.0
+        is_free and settings.mode in ("auto", "flat", "lines") and settings.palette is None and settings.min_area == 0.0
     )
     if not is_free or request.picture.is_transparent or request.watch.is_over():
         return False

@@ -252,7 +252,7 @@ class TileRenderer(ABC):
         if scene.softness is not None:
             adjoints = replace(adjoints, softness=make(count))
         if scene.side_opacity is not None:
-            adjoints = replace(adjoints, side_opacity=make((count, 2)))
+            adjoints = replace(adjoints, side_opacity=torch.zeros(count, 2, dtype=self.dtype, device=self.device))
         if scene.gradients is None:
             return adjoints
         adjoints = replace(adjoints, end_color=make((count, 3)), geometry=make((count, 4)))

@@ -173,7 +173,7 @@ def _fit(
             failure = error
         recorder.end(result)
     if PURPOSES[options["purpose"]].has_picture and out != "-" and failure is None:
-        picture = f"{out}.png"  # a name of its own, as IN may be a PNG of the same stem
+        picture = f"{out}.png"
         SideFile(f"--for {options['purpose']}").attempt(write_atomic, picture, result.encoded(picture))
     if options["why"] is not None:
         lines = "".join(f"{decision.line()}\n" for decision in decisions)

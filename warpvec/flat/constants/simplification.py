@@ -168,8 +168,8 @@ class SimplificationConstants:
     # Regular forms (simplification/regularity.py)
 
     regular_share: float = 0.5
-    """Share of the detail that regular forms may take. With all of it, lines that are a third of a degree off the level
-    on purpose would be made level."""
+    """Share of the detail that ellipses and other forms may take: an exact word is worth an error, but less than what
+    nodes may cause."""
 
     # Circles and ellipses (simplification/circles.py)
 

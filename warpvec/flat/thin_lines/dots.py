@@ -41,8 +41,6 @@ class _Part(NamedTuple):
 
     def off(self, step: Floats) -> float:
         """Return how far the nearest disk of the ink ``step`` [3] is from the picture, as a share of the ink."""
-        if step @ self.ink.sum((0, 1)) <= 0.0:
-            return np.inf
         found = disk(self.ink.shape[:2], self.center, self.width(step))[..., None] * step
         return float(np.abs(found - self.ink).max() / np.abs(step).max())
 
@@ -69,7 +67,10 @@ def without_dots(levels: Floats, papers: Floats, inks: Floats, count_max: int) -
     levels, found = levels.copy(), []
     for paper in papers:
         labels, _ = ndimage.label(np.abs(levels - paper).sum(2) >= THIN_LINES.contrast_min, np.ones((3, 3)))
-        inked = _inked(_parts(levels - paper, labels), inks - paper, paper)
+        parts = _parts(levels - paper, labels)
+        if len(parts) <= count_max:
+            parts = [part for part in parts if max(part.ink.shape[:2]) <= math.ceil(_NARROW) + 1]
+        inked = _inked(parts, inks - paper, paper)
         is_many = len(inked) > count_max
         kept = [(part, step) for part, step in inked if is_many or part.width(step) <= _NARROW]
         levels[np.isin(labels, [part.label for part, _ in kept])] = paper
@@ -114,11 +115,15 @@ def _inked(parts: list[_Part], steps: Floats, paper: Floats) -> list[tuple[_Part
     """
     if not parts:
         return []
-    total = np.sum([part.ink.sum((0, 1)) for part in parts], 0)
+    sums = np.array([part.ink.sum((0, 1)) for part in parts])
+    total = sums.sum(0)
     room = np.maximum(np.where(total < 0.0, paper, 255.0 - paper), 1e-9)
     steps = np.array([*steps, total / max(float(np.abs(total / room).max()), 1e-9)])
     limit, left = 2.0 * THIN_LINES.explained, np.ones(len(parts), bool)
-    off = np.minimum([[part.off(step) for step in steps] for part in parts], limit)
+    off = np.full((len(parts), len(steps)), limit)
+    sizes = np.linalg.norm(sums, axis=1)[:, None] * np.linalg.norm(steps, axis=1)
+    for k, ink in np.argwhere(sums @ steps.T >= THIN_LINES.ink_cosine * np.maximum(sizes, 1e-9)).tolist():
+        off[k, ink] = min(parts[k].off(steps[ink]), limit)
     found: list[tuple[_Part, Floats]] = []
     while (off[left] < limit).any():
         known = off[left, :-1]
@@ -133,8 +138,8 @@ def _inked(parts: list[_Part], steps: Floats, paper: Floats) -> list[tuple[_Part
 
 
 def disk(shape: tuple[int, ...], center: Floats, width: float) -> Floats:
-    """Return the share of each pixel [h, w] of a picture of this ``shape`` that a disk covers."""
-    steps = 8
+    """Return the share of each pixel [h, w] of a picture of this ``shape`` that a disk covers, of wide ones about."""
+    steps = 8 if width <= _NARROW else 1
     y, x = np.indices((shape[0] * steps, shape[1] * steps))
     away = np.hypot((x + 0.5) / steps - center[0], (y + 0.5) / steps - center[1])
     fine = (steps * (width / 2.0 - away) + 0.5).clip(0.0, 1.0)

@@ -63,7 +63,7 @@ def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = Tr
 
     Args:
         image: the picture.
-        dot_count_max: as the ``count_max`` of `find_dots`.
+        dot_count_max: as the ``count_max`` of `without_dots`.
         has_lines: whether to look for lines, too.
     """
     levels = np.rint(255.0 * image.astype(np.float64))
