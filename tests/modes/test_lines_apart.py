@@ -41,3 +41,17 @@ def test_dots_smaller_than_two_pixels_keep_their_tones_in_the_mode_lines() -> No
     assert len(scene) == 31
     widths = sorted(scene.strokes.width.tolist())
     assert widths[0] < 1.5 < 2.4 < widths[-1]
+
+
+def test_grey_dots_are_black_in_the_mode_mono() -> None:
+    y, x = np.indices((64, 64)) + 0.5
+    level = np.full((64, 64), 255.0)
+    for row in range(8, 64, 9):
+        for column in range(8, 64, 9):
+            share = np.clip(2.1 - np.hypot(x - column - 0.3, y - row - 0.2), 0.0, 1.0)
+            level = level * (1.0 - share) + 90.0 * share
+    picture = np.repeat(np.rint(level)[..., None], 3, 2).astype(np.uint8)
+
+    scene = warpvec.vectorize(picture, mode="mono").scene
+
+    assert len(scene) > 40 and not scene.color.any()
