@@ -50,7 +50,7 @@ def in_colors_of(photo: Pixels, text: str) -> str:
 def _is_plain(scene: Scene) -> NDArray[np.bool_]:
     """Return which paths are opaque and of one colour."""
     kinds = None if scene.gradients is None else scene.gradients.kind == FLAT
-    plain: NDArray[np.bool_] = (scene.opacity > 0.99).numpy() & (True if kinds is None else kinds.numpy())
+    plain: NDArray[np.bool_] = (scene.opacity >= 1.0).numpy() & (True if kinds is None else kinds.numpy())
     return plain
 
 
