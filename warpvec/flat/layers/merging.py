@@ -1,4 +1,4 @@
-"""Regions of one paint that are one shape, interrupted by something above it."""
+"""Find regions that are parts of one shape: they have one paint, and something above interrupts the shape."""
 
 from __future__ import annotations
 
@@ -21,17 +21,32 @@ def alike(regions: Regions, first: int, others: Integers) -> Mask:
     is_flat = (paints.kind[others] == FLAT) & (paints.kind[first] == FLAT)
     found = (others == first) | (is_flat & (apart <= LAYERS.paints_apart))
     if paints.kind[first] != FLAT:
-        for k in np.flatnonzero((paints.kind[others] != FLAT) & ~found).tolist():
-            found[k] = _shows(regions, int(others[k]), first)
+        is_ramp = paints.kind[others] != FLAT
+        found[is_ramp] |= _alike_ramps(regions, first, others[is_ramp])
     return np.asarray(found)
 
 
-def _shows(regions: Regions, region: int, other: int) -> bool:
-    """Return whether the pixels of a ``region`` would look the same with the paint of an ``other`` one."""
-    y, x = np.nonzero((regions.label == region) & (regions.share == 1.0))
+def _alike_ramps(regions: Regions, first: int, others: Integers) -> Mask:
+    """Return which regions ``others`` [n] would look the same with the gradient of ``first``, at all pure pixels.
+
+    A region without such pixels does not show its gradient. One pixel of each tells most of them apart.
+    """
+    pixels = [regions.pure_pixels[region] for region in others.tolist()]
+    found = np.array([len(own) > 0 for own in pixels], bool)
+    begin = np.array([own[0] for own in pixels if len(own)], np.int64)
+    found[found] = _apart(regions, first, others[found], begin) <= LAYERS.paints_apart
+    for k in np.flatnonzero(found).tolist():
+        region = np.full(len(pixels[k]), others[k])
+        found[k] = (_apart(regions, first, region, pixels[k]) <= LAYERS.paints_apart).all()
+    return found
+
+
+def _apart(regions: Regions, first: int, others: Integers, pixels: Integers) -> Floats:
+    """Return how far the paint of ``first`` is from those of ``others`` [n] at a pixel of each [n], by its number."""
+    y, x = np.divmod(pixels, regions.label.shape[1])
     places = x.astype(np.float32) + np.float32(0.5), y.astype(np.float32) + np.float32(0.5)
-    own, with_other = (regions.paints.at(np.full(len(y), name), *places) for name in (region, other))
-    return bool((np.abs(own - with_other) <= LAYERS.paints_apart).all())
+    own, other = (regions.paints.at(names.astype(np.int32), *places) for names in (np.full(len(pixels), first), others))
+    return np.asarray(np.abs(own - other).max(1, initial=0.0), np.float64)
 
 
 def interrupted_pairs(regions: Regions, junctions: Junctions, order: list[int]) -> Iterator[tuple[int, int]]:

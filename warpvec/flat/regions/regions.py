@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from warpvec.arrays import Floats, Floats32, Integers32, Mask
+from warpvec.arrays import Floats, Floats32, Integers32, Mask, Places
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.evidence.evidence import Evidence
@@ -19,7 +20,7 @@ from warpvec.flat.regions.lettering import with_lettering
 from warpvec.flat.regions.noise import Tolerances, measure_tolerances
 from warpvec.flat.regions.paint_fitting import fit_paints
 from warpvec.flat.regions.paints import Paints
-from warpvec.flat.regions.region_growing import NONE
+from warpvec.flat.regions.region_growing import NONE, pixels_of
 from warpvec.flat.regions.region_merging import merge_regions
 from warpvec.flat.regions.seeding import find_seeds
 from warpvec.flat.regions.specks import SpeckLimits
@@ -60,6 +61,13 @@ class Regions:
 
     def __len__(self) -> int:
         return len(self.paints)
+
+    @cached_property
+    def pure_pixels(self) -> list[Places]:
+        """The pixels of each region [K] that show nothing else, numbered by rows."""
+        pure = np.where(self.share == 1.0, self.label, NONE)
+        own = pixels_of(pure)
+        return own + [np.zeros(0, np.int64)] * (len(self) - len(own))
 
     def lettering_among(self, rows: Any) -> Mask | None:
         """Return which of the regions ``rows`` are words of small thin marks; None if the picture has none."""
