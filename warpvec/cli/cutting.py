@@ -128,8 +128,7 @@ def cut(result: Result, out: str, options: Mapping[str, Any]) -> dict[str, Any]:
     drawing, made = read_parts(result.drawing.text, result.target.per_inch), _sheet_options(result, options)
     if options["check_cut"]:
         found = facts["cut_warnings"] = cut_warnings(drawing, options["min_width"] or MIN_WIDTH_MM, made)
-        for text in found or ["nothing that would go wrong was found"]:
-            click.echo(f"warpvec: cut: {text}", err=True)
+        _say_faults("cut", found)
     if options["sheets"] is not None:
         names = facts["sheets"] = _write_sheets(drawing, Path(options["sheets"]), out, made, result)
         if not options["quiet"]:
@@ -144,9 +143,14 @@ def _check_embroidery(result: Result) -> list[str]:
     from warpvec.making.parts import read_parts
 
     found = embroidery_warnings(read_parts(result.drawing.text, result.target.per_inch))
-    for text in found or ["nothing that would go wrong was found"]:
-        click.echo(f"warpvec: embroidery: {text}", err=True)
+    _say_faults("embroidery", found)
     return found
+
+
+def _say_faults(work: str, found: list[str]) -> None:
+    """Print what will go wrong with the ``work``, or that nothing will."""
+    for text in found or ["nothing that would go wrong was found"]:
+        click.echo(f"warpvec: {work}: {text}", err=True)
 
 
 def _write_parts(result: Result, out: str, options: Mapping[str, Any]) -> int:
