@@ -134,7 +134,7 @@ class Fits:
         self._warm: set[object] = set()
 
     def row(self, case: Case) -> Row:
-        """Return the row of ``case``: from the CSV if it has one, else measured and added to it.
+        """Return the row of ``case`` from the CSV. If the CSV has none, measure the row and add it.
 
         Raises:
             click.Abort: Ctrl-C ended the fit, so its result is not that of the settings.

@@ -39,7 +39,7 @@ _PAPER: dict[str, Any] = {
     "lr_decay": "constant",
     "without_projection": True,
 }
-"""What the paper says and, where it is silent, what its authors' code does."""
+"""The settings of the paper. Where the paper is silent, they are those of its authors' code."""
 
 PRESETS = {
     "paper": Preset("Vector Scaffolding as published (splat renderer); slow.", _PAPER),

@@ -1,1 +1,1 @@
-"""Purposes of files: which programs and machines read them, what these cannot show, and what is drawn in its place."""
+"""Write files for the programs that read them. What a program cannot show is drawn by other means."""

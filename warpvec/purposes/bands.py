@@ -137,7 +137,7 @@ def _bands(ramp: _Ramp) -> list[_Band]:
 
 
 def _opaque_bands(ramp: _Ramp, edges: list[float | None], colors: list[Color]) -> list[_Band]:
-    """Return bands that reach below the next one: along a line the one behind it, of discs the one around it."""
+    """Return bands, each of which reaches a little below the next one. Of discs, the next one is the outer one."""
     below = _OVERLAP / _extent(ramp)
     lows, highs = edges[:-1], edges[1:]
     if ramp.kind == LINEAR:

@@ -1,4 +1,4 @@
-"""Drawings of lines of several colours: each line is one stroke of its colour, below those that cross it."""
+"""Draw lines of several colours: each is one stroke of its colour. Lines that cross it lie above."""
 
 from __future__ import annotations
 

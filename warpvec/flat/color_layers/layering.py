@@ -47,7 +47,7 @@ def layered(scene: Scene, height: int, width: int, *, joins_shades: bool = True)
 def _layer_name(scene: Scene, paints: list[str], layer: list[int]) -> str:
     """Return the name of a layer of paths, in at most three words, such as "darkorange #ea7600, shaded".
 
-    It has the colour of most of its ``paints``, the code of that, and what is special about it.
+    The name states the colour of most of the ``paints``, its code, and whether it is shaded or translucent.
     """
     counted = Counter(paints)
     path = layer[paints.index(counted.most_common(1)[0][0])]
