@@ -116,7 +116,7 @@ def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tup
     """
     if is_line.all():
         return
-    x, y, radius = _own_circles(rows, ends)
+    x, y, radius = own_circles(rows, ends)
     tolerance = 2.0 + 0.02 * radius
     alike = np.hypot(x[1:] - x[:-1], y[1:] - y[:-1]) + np.abs(radius[1:] - radius[:-1]) <= tolerance[1:]
     alike &= ~is_line[1:] & ~is_line[:-1] & (radius[1:] >= RADIUS_MIN)
@@ -136,7 +136,7 @@ def are_arcs(
 
     ``error`` is the largest distance of handles; what is given is what rounding to ticks makes.
     """
-    x, y, radius = _own_circles(rows, ends)
+    x, y, radius = own_circles(rows, ends)
     chord = np.hypot(*(ends - rows[:, 0]).T)
     is_arc = (radius >= radius_min) & (chord > 0.0) & np.isfinite(x + y)
     known = np.where(is_arc, radius, 1.0)
@@ -156,7 +156,7 @@ def _cross(u: Floats, v: Floats) -> Floats:
     return product
 
 
-def _own_circles(rows: Floats, ends: Floats) -> tuple[Floats, Floats, Floats]:
+def own_circles(rows: Floats, ends: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the circle through both ends and the middle of each cubic: x, y and radius [S], infinite for lines."""
     start = rows[:, 0]
     middle = (start + 3.0 * rows[:, 1] + 3.0 * rows[:, 2] + ends) / 8.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -14,6 +15,9 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
+from warpvec.flat.chains.grid import HANDLE_ERROR, RADIUS_MIN, Grid, grid_of, hold_grid, on_grid
+from warpvec.flat.chains.grid import numbers_of as file_numbers_of
+from warpvec.flat.chains.joined_ends import join_ends, with_met_ends
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
@@ -32,6 +36,9 @@ from warpvec.polish.polish import polish
 from warpvec.svg.arcs import are_arcs
 from warpvec.watch.watch import Watch
 
+_LoopRows = tuple[Floats, Mask]
+"""The rows [S, 3, 2] of a loop, and which are lines [S]."""
+
 TRIED = ((1.0, True), (1.0, True), (1.0, False), (0.5, False))
 """Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses
 is tried with the next, and must be nearer where it was refused."""
@@ -42,9 +49,6 @@ FIRST_ROUNDS = 3
 WORTH, SHARE_MIN = 2.0, 0.1
 """A loop that says half as many numbers may cause all of the error that is allowed; none saves less than the second, as
 numbers that are equal are worth something too."""
-
-HANDLE_ERROR, RADIUS_MIN = 0.01, 0.5
-"""Error in pixels of the handles of a cubic that is an arc, and least radius."""
 
 REFIT_ITERATIONS = 8
 """Most iterations of the fit of the first parts to the picture."""
@@ -66,31 +70,62 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         watch: the watch over the run. When it is over, nothing more is changed.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
     """
-    left = _chains_of(scene)
-    if not left or watch.is_over():
+    if watch.is_over():
         return scene
+    left, verdict = _chains_of(scene), Verdict(scene, critic, detail)
     height, width = critic.image.shape[:2]
-    verdict, nats, middle = Verdict(scene, critic, detail), number_nats(max(height, width)), (width / 2.0, height / 2.0)
-    left |= _fitted(verdict, left, _said(left, detail, nats, None, middle), watch)
-    found: dict[int, tuple[Floats, Mask]] = {}
-    for share, is_regular in TRIED:
+    sheet = _Sheet(number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene))
+    left |= _fitted(verdict, left, _said(left, detail, sheet), watch)
+    fixed = _points_but(scene, left)
+    first = _said(left, verdict.spread, sheet, fixed)
+    grid = grid_of(file_numbers_of(with_rows(scene, first)), (height, width), _near(verdict.spread))
+    drawing = scene if grid is None else _on_grid(verdict, grid)
+    found: dict[int, _LoopRows] = {}
+    on_grid: set[int] = set()
+    for share, is_regular, on in ([] if grid is None else [(1.0, True, grid)]) + [(*each, None) for each in TRIED]:
         if not left or watch.is_over():
             break
-        fixed = _points_but(scene, left) if is_regular else None
-        said = _said(left, share * verdict.spread, nats, fixed, middle)
+        fixed = _points_but(scene, left)
+        said = _said(left, share * verdict.spread, sheet, fixed if is_regular else None, on)
         tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], left[loop].is_closed)}
-        new = with_rows(scene, found | tried)
-        refused, boxes = verdict.refused(new, _mask(scene, tried), shares_of(scene, new))
+        new, mask = with_rows(drawing, found | tried), _mask(scene, tried)
+        refused, boxes = verdict.refused(new, mask, shares_of(scene, new), mask if on else _mask(scene, on_grid))
         found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
-        left = {loop: chain.firmer_in(boxes) for loop, chain in left.items() if loop not in found}
+        on_grid |= set(found) if on else set()
+        left = {
+            loop: chain.firmer_in(boxes) if on is None else chain for loop, chain in left.items() if loop not in found
+        }
     # What is refused may have covered what others do wrong.
     while found:
-        new = with_rows(scene, found)
-        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new))
+        new = with_rows(drawing, found)
+        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new), _mask(scene, on_grid))
         if not refused.any():
             return new
         found = {loop: rows for loop, rows in found.items() if not refused[loop]}
-    return scene
+    return drawing
+
+
+def _on_grid(verdict: Verdict, grid: Grid) -> Scene:
+    """Return the drawing of ``verdict`` with forms and widths on the ``grid`` where the picture accepts them."""
+    scene = verdict.scene
+    new, loops = on_grid(scene, grid), np.ones(scene.structure.loop_count, bool)
+    refused, _ = verdict.refused(new, loops, np.ones(len(loops)), loops)
+    first = scene.structure.path_first_loop.long().numpy()
+    stays = torch.from_numpy(np.logical_or.reduceat(refused, first[:-1]))
+    return on_grid(scene, grid, stays) if stays.any() else new
+
+
+def _near(spread: float) -> float:
+    """Return by how many pixels numbers may move for a relation, in a drawing with this ``spread`` of its outlines."""
+    return min(max(NEAR * spread, NEAR_MIN), NEAR_MAX)
+
+
+def _widths_of(scene: Scene) -> Floats:
+    """Return the width of the stroke of each loop [L], 0 for outlines."""
+    if scene.strokes is None:
+        return np.zeros(scene.structure.loop_count)
+    of_paths = scene.strokes.width.double().numpy()
+    return np.repeat(of_paths, scene.structure.path_first_loop.diff().numpy())
 
 
 def shares_of(old: Scene, new: Scene) -> Floats:
@@ -113,9 +148,7 @@ def _mask(scene: Scene, loops: Iterable[int]) -> Mask:
     return np.isin(np.arange(scene.structure.loop_count), list(loops))
 
 
-def _fitted(
-    verdict: Verdict, chains: dict[int, Chain], said: dict[int, tuple[Floats, Mask]], watch: Watch
-) -> dict[int, Chain]:
+def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, _LoopRows], watch: Watch) -> dict[int, Chain]:
     """Return those of ``chains`` that match the picture once their parts, as they are ``said``, are fitted to it.
 
     A chain of other parts is off by as much as the detail: only parts of the right kinds come as near as the picture
@@ -169,38 +202,52 @@ def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:
     return cubic_points(control[stays], (np.arange(8) + 0.5) / 8).reshape(-1, 2)
 
 
+class _Sheet(NamedTuple):
+    """What a drawing is on: the nats of a number, the middle of the canvas, and the width of each loop's stroke [L]."""
+
+    nats: float
+    middle: tuple[float, float]
+    widths: Floats
+
+
 def _said(
-    chains: dict[int, Chain], spread: float, nats: float, fixed: Floats | None, middle: tuple[float, float]
-) -> dict[int, tuple[Floats, Mask]]:
+    chains: dict[int, Chain], spread: float, sheet: _Sheet, fixed: Floats | None = None, grid: Grid | None = None
+) -> dict[int, _LoopRows]:
     """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S].
 
     Args:
         chains: the chains by their loops.
         spread: deviation of places in pixels.
-        nats: of a number.
+        sheet: what they are on.
         fixed: points [K, 2] of outlines that stay; None for no relations.
-        middle: of the canvas.
+        grid: of the drawing, which its numbers are put on; None for none.
     """
-    near = min(max(NEAR * spread, NEAR_MIN), NEAR_MAX)
+    if not chains:
+        return {}
+    near = _near(spread)
+    chains = chains if fixed is None else with_met_ends(chains, sheet.widths)
     folds = {} if fixed is None else folds_of(chains, fixed, near)
     twins = {each[0].twin for each in folds.values()}
     loops = [loop for loop in chains if loop not in twins]
     found, chosen = list[tuple[Chain, list[Part]]](), {}
     for number, loop in enumerate(loops):
         halves = [fold.chain for fold in folds.get(loop, [])] or [chains[loop]]
-        offers = [parted(each, spread, nats) for each in halves]
+        offers = [parted(each, spread, sheet.nats) for each in halves]
         best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][1]))
         found.append(offers[best])
         if loop in folds:
             chosen[number] = folds[loop][best]
     sketch = sketch_of(found, spread)
     if fixed is not None:
-        hold_folds(sketch, chosen, near, middle)
+        hold_folds(sketch, chosen, near, sheet.middle)
+        join_ends(sketch)
     solved(sketch, ROUNDS if fixed is not None else FIRST_ROUNDS)
     if fixed is not None:
         find_relations(sketch, near)
         solved(sketch)
-    rows: dict[int, tuple[Floats, Mask]] = {}
+    if grid is not None:
+        hold_grid(sketch, grid)
+    rows: dict[int, _LoopRows] = {}
     for number, loop in enumerate(loops):
         fold, is_open = chosen.get(number), not chains[loop].is_closed
         words = words_of(sketch, number) if fold is None or fold.twin is not None else unfolded(sketch, number, fold)
@@ -210,7 +257,7 @@ def _said(
     return rows
 
 
-def _rows(words: Words, is_open: bool) -> tuple[Floats, Mask]:
+def _rows(words: Words, is_open: bool) -> _LoopRows:
     """Return the rows of the parts of a loop, and which are lines."""
     rows = [rows_of(*word) for word in words]
     is_line = [np.full(len(own), kind == LINE) for own, (kind, _) in zip(rows, words, strict=True)]
@@ -226,7 +273,7 @@ def _has_size(rows: Floats, is_closed: bool) -> bool:
     return bool((extent.min() if is_closed else extent.max()) > HANDLE_ERROR)
 
 
-def with_rows(scene: Scene, loops: dict[int, tuple[Floats, Mask]]) -> Scene:
+def with_rows(scene: Scene, loops: dict[int, _LoopRows]) -> Scene:
     """Return ``scene`` with other rows [S, 3, 2] for some loops, of which some are lines [S]."""
     structure = scene.structure
     sizes = structure.loop_first_segment.diff().tolist()

@@ -43,7 +43,7 @@ def hold_folds(sketch: Sketch, folds: dict[int, Fold], detail: float, middle: tu
             sketch.fixed.append(column)  # lines across an axis would let it slide
             if fold.shared:
                 known[fold.axis] = column
-        sketch.axes[number] = column
+        sketch.axes[number], sketch.folded[number] = column, fold.axis
         if fold.twin is None:
             _hold_half(sketch, number, fold, column)
 

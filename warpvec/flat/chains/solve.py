@@ -60,8 +60,12 @@ class Sketch:
         diagonal: lines that rise by 45 degrees.
         square: parts whose start (0) or end (1) has no direction along a coordinate but this one.
         axes: the number that is the place of the axis of a chain.
+        folded: the coordinate that it mirrors.
         at_axis: starts (0) and ends (1) of chains that lie at their axis.
         fixed: numbers that stay.
+        joined: starts (0) and ends (1) of open chains that meet another chain, by the number of the chain.
+        lying: places, by their columns [2], that lie on a line.
+        given: arcs with the radius that each has.
     """
 
     kind: Integers
@@ -78,8 +82,12 @@ class Sketch:
     diagonal: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
     square: list[tuple[int, int, int]] = field(default_factory=list)
     axes: dict[int, int] = field(default_factory=dict)
+    folded: dict[int, int] = field(default_factory=dict)
     at_axis: list[tuple[int, int]] = field(default_factory=list)
     fixed: list[int] = field(default_factory=list)
+    joined: set[tuple[int, int]] = field(default_factory=set)
+    lying: list[tuple[Integers, int]] = field(default_factory=list)
+    given: list[tuple[int, float]] = field(default_factory=list)
 
     def of(self, part: int) -> Floats:
         """Return the numbers of a part."""
@@ -161,6 +169,8 @@ def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
     _hold_square(sketch, ways, found)
     _hold_radii(sketch, found)
     _hold_diagonals(sketch, found)
+    _hold_lying(sketch, found)
+    _hold_given(sketch, found)
     fixed = np.array(sketch.fixed, np.int64)
     found.add(np.zeros(len(fixed)), np.full((len(fixed), 1), HELD), fixed[:, None])
     return found.matrix(len(sketch.numbers))
@@ -202,11 +212,11 @@ def _distances(sketch: Sketch, part: int, points: Floats) -> tuple[Floats, Float
 
 
 def _hold_ends(sketch: Sketch, found: _Triplets) -> None:
-    """Hold both ends of open chains: nothing else does along the chain."""
+    """Hold both ends of open chains that meet nothing: nothing else does along the chain."""
     for number, (begin, end) in enumerate(sketch.ranges):
         chain = sketch.chains[number]
         for side, part in ((0, begin), (1, end - 1)):
-            if not chain.is_closed and (number, side) not in sketch.at_axis:
+            if not chain.is_closed and (number, side) not in sketch.joined | set(sketch.at_axis):
                 columns = sketch.columns[part][2 * side : 2 * side + 2]
                 off = sketch.numbers[columns] - chain.points[-side]
                 found.add(END * off, np.full((2, 1), END), columns[:, None])
@@ -242,14 +252,38 @@ def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
         for pair in pairs:
             values, radii = list[Floats](), list[float]()
             for part, side in zip(pair, (1.0, -1.0), strict=True):
-                numbers = sketch.of(part)[None]
-                sign = np.sign(numbers[0, 4]) * side
-                radii.append(float(sign * radius_of(numbers)[0]))
-                steps = np.eye(SIZES[ARC]) * STEP
-                values.append(sign * (radius_of(numbers + steps) - radius_of(numbers - steps)) / (2.0 * STEP))
+                radius, slopes = _radius(sketch, int(part))
+                radii.append(side * radius)
+                values.append(side * slopes)
             columns = [sketch.columns[part] for part in pair]
             found.add(np.array([HELD * sum(radii)]), HELD * np.concatenate(values)[None],
                       np.concatenate(columns)[None])  # fmt: skip
+
+
+def _radius(sketch: Sketch, part: int) -> tuple[float, Floats]:
+    """Return the radius of an arc, above 0, and how it follows its numbers [5]."""
+    numbers = sketch.of(part)[None]
+    sign, steps = np.sign(numbers[0, 4]), np.eye(SIZES[ARC]) * STEP
+    slopes = (radius_of(numbers + steps) - radius_of(numbers - steps)) / (2.0 * STEP)
+    return float(sign * radius_of(numbers)[0]), sign * slopes
+
+
+def _hold_given(sketch: Sketch, found: _Triplets) -> None:
+    for part, given in sketch.given:
+        radius, slopes = _radius(sketch, part)
+        found.add(np.array([HELD * (radius - given)]), HELD * slopes[None], sketch.columns[part][None])
+
+
+def _hold_lying(sketch: Sketch, found: _Triplets) -> None:
+    for columns, part in sketch.lying:
+        place, (start, end) = sketch.numbers[columns], sketch.of(part).reshape(2, 2)
+        length = max(float(np.linalg.norm(end - start)), 1e-9)
+        normal = np.array([start[1] - end[1], end[0] - start[0]]) / length
+        share = float((place - start) @ (end - start)) / length**2
+        # Turning the line moves it at the place by the shares of its ends.
+        slopes = np.concatenate([normal, -(1.0 - share) * normal, -share * normal])
+        own = np.concatenate([columns, sketch.columns[part]])
+        found.add(np.array([HELD * float((place - start) @ normal)]), HELD * slopes[None], own[None])
 
 
 def _hold_diagonals(sketch: Sketch, found: _Triplets) -> None:

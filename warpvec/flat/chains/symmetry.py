@@ -126,7 +126,12 @@ def mirrored(points: Floats, axis: int, place: float) -> Floats:
 
 
 def halves_of(chain: Chain, axis: int, place: float) -> list[Chain]:
-    """Return both halves of a symmetric chain that crosses the axis as often as its kind must, else none."""
+    """Return both halves of a symmetric chain that crosses the axis as often as its kind must, else none.
+
+    One that lies along the axis has none.
+    """
+    if np.abs(chain.points[:, axis] - place).max() <= STUB:
+        return []
     side = np.where(chain.points[:, axis] >= place, 1.0, -1.0)
     crossings = np.flatnonzero(side[1:] != side[:-1]).tolist()
     if len(crossings) != (2 if chain.is_closed else 1):

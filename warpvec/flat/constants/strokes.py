@@ -69,7 +69,7 @@ class StrokeConstants:
     """By how many pixels the disks at the pixels of a ridge may be smaller than half the width. With one pixel, slanted
     lines fall to pieces; wider ridges get side branches."""
 
-    spur: float = 0.8
+    spur: float = 0.5
     """Branches that end nearer to their junction, in widths, are no lines: corners and thick junctions make them."""
 
     # Centre lines (strokes/center_lines.py)

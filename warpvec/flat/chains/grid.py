@@ -1,0 +1,204 @@
+"""Find the grid that a drawing was made on: the unit of which its numbers are whole, half, quarter or tenth multiples.
+
+A number of a drawing lies on the grid, or anywhere. How many lie on which multiples is told by the drawing itself, as
+shares of a mixture (expectation maximisation). The grid is there if its mixture explains the numbers better than none
+does, in nats, by more than it takes to say which grid it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from warpvec.arrays import Floats
+from warpvec.flat.chains.parts import ARC, radius_of
+from warpvec.flat.chains.solve import Sketch, solved
+from warpvec.geometry.bezier import whole_curves
+from warpvec.geometry.forms.form import ANGLE, FIRST, SECOND
+from warpvec.geometry.scene import Scene
+from warpvec.svg.arcs import are_arcs, own_circles
+
+SIDES = (24, 16, 20, 32, 48, 64, 100, 128, 256, 512)
+"""Sides of artboards in units, the commonest first: those that icons and logos are drawn on."""
+
+PARTS = (1, 2, 4, 10)
+"""A number is a multiple of the unit over one of these."""
+
+ROUNDS = 30
+"""Rounds of expectation maximisation. Shares of a dozen numbers have settled after ten."""
+
+PRIOR = 1.0
+"""Numbers that each share of the mixture counts in advance, so that none vanishes."""
+
+SURE = 0.9
+"""Least probability by which a number is taken for a multiple: one in ten of those at the limit is none."""
+
+EVIDENCE_MIN = math.log(len(SIDES)) + math.log(100.0)
+"""Nats by which a grid must explain the numbers better than none: which of the sides it is, and one wrong of hundred."""
+
+COARSER_SHARE = 0.5
+"""Share of the nats of a grid with which one of whole multiples of its unit is taken: halves and quarters of a unit are
+as short to say, and a fine grid explains more by chance."""
+
+SOLUTIONS = 2
+"""How often numbers are held: those that follow from the others are near their places in the second."""
+
+HANDLE_ERROR, RADIUS_MIN = 0.01, 0.5
+"""Error in pixels of the handles of a cubic that is an arc, and least radius."""
+
+SAME_CIRCLE = 0.05
+"""Largest difference in pixels of the centres and radii of arcs that are parts of one: its inner nodes say nothing."""
+
+
+class Grid(NamedTuple):
+    """A grid from the upper left corner of the canvas.
+
+    Attributes:
+        unit: its unit in pixels.
+        side: the longer side of the canvas in units.
+        shares: of the numbers that are multiples of the unit over each of ``PARTS``, and that are none [5].
+        spread: deviation of numbers in pixels.
+        nats: by which it explains the numbers better than none.
+    """
+
+    unit: float
+    side: int
+    shares: Floats
+    spread: float
+    nats: float
+
+    def nearest(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return the multiples nearest to ``values`` [K], and how probable it is that they are meant [K]."""
+        density, places = _densities(values, self.unit, self.spread)
+        weighted = self.shares * density
+        own = weighted[:, :-1].argmax(1)
+        rows = np.arange(len(values))
+        return places[rows, own], weighted[:, :-1].sum(1) / weighted.sum(1)
+
+    def held(self, values: Floats) -> Floats:
+        """Return ``values`` [K] with those on the grid that are surely meant to be there; the others are NaN."""
+        places, sure = self.nearest(values)
+        return np.where(sure >= SURE, places, np.nan)
+
+    def put(self, values: Floats) -> Floats:
+        """Return ``values`` [K] with those on the grid that are surely meant to be there."""
+        places = self.held(values)
+        return np.where(np.isnan(places), values, places)
+
+
+def grid_of(values: Floats, size: tuple[int, int], spread: float) -> Grid | None:
+    """Return the grid of a drawing with the numbers ``values`` [K] in pixels; None if it has none.
+
+    Args:
+        values: coordinates, radii and widths. Those that say the same count once.
+        size: height and width of the canvas in pixels.
+        spread: standard deviation of the numbers in pixels.
+    """
+    own = _distinct(values, spread)
+    found = [_explained(own, max(size) / side, side, spread) for side in SIDES if _fits(size, side)]
+    best = max(found, key=lambda grid: grid.nats, default=None)
+    if best is None or best.nats < EVIDENCE_MIN:
+        return None
+    coarser = [grid for grid in found if best.side % grid.side == 0 and grid.nats >= COARSER_SHARE * best.nats]
+    return min(coarser, key=lambda grid: grid.side)
+
+
+def _fits(size: tuple[int, int], side: int) -> bool:
+    """Return whether the shorter side of a canvas has a whole number of units too, and a unit some pixels."""
+    unit = max(size) / side
+    return unit >= 1.0 and abs(min(size) / unit - round(min(size) / unit)) * unit <= 0.5
+
+
+def _distinct(values: Floats, spread: float) -> Floats:
+    """Return ``values`` [K] without those that are nearly equal to others: what is said twice is no second proof."""
+    ordered = np.sort(values)
+    return ordered[np.append(True, np.diff(ordered) > 2.0 * spread)] if len(ordered) else ordered
+
+
+def _explained(values: Floats, unit: float, side: int, spread: float) -> Grid:
+    density, _ = _densities(values, unit, spread)
+    shares = np.full(len(PARTS) + 1, 1.0 / (len(PARTS) + 1))
+    for _ in range(ROUNDS):
+        weighted = shares * density
+        counts = (weighted / weighted.sum(1, keepdims=True)).sum(0) + PRIOR
+        shares = counts / counts.sum()
+    return Grid(unit, side, shares, spread, float(np.log((shares * density).sum(1)).sum()))
+
+
+def _densities(values: Floats, unit: float, spread: float) -> tuple[Floats, Floats]:
+    """Return the densities of ``values`` [K] over an even one, for each of ``PARTS`` and for none, and the multiples.
+
+    The shapes are [K, 5] and [K, 4].
+    """
+    steps = unit / np.array(PARTS)
+    places = np.round(values[:, None] / steps) * steps
+    off = (values[:, None] - places) / spread
+    near = steps / (spread * math.sqrt(2.0 * math.pi)) * np.exp(-0.5 * np.square(off))
+    return np.concatenate([near, np.ones((len(values), 1))], 1), places
+
+
+def hold_grid(sketch: Sketch, grid: Grid) -> None:
+    """Solve ``sketch`` with the numbers on the ``grid`` that are surely meant to be there.
+
+    A node where a line becomes an arc is hardly seen: it follows from the radius. So radii and coordinates are held, and
+    then those that came near by that.
+    """
+    for _ in range(SOLUTIONS):
+        parts = range(len(sketch.kind))
+        nodes = np.unique(np.concatenate([sketch.columns[part][:4] for part in parts]))
+        places = grid.held(sketch.numbers[nodes])
+        is_held = np.isfinite(places)
+        sketch.numbers[nodes[is_held]] = places[is_held]
+        sketch.fixed = sorted({*sketch.fixed, *nodes[is_held].tolist()})
+        arcs = sketch.rows_of_kind(ARC)
+        radii = grid.held(np.array([abs(float(radius_of(sketch.of(arc)[None])[0])) for arc in arcs.tolist()]))
+        sketch.given = [(int(arc), float(radius)) for arc, radius in zip(arcs, radii, strict=True) if radius > 0.0]
+        solved(sketch)
+
+
+def on_grid(scene: Scene, grid: Grid, stays: Tensor | None = None) -> Scene:
+    """Return ``scene`` with the numbers of its level forms and the widths of its strokes on the ``grid``.
+
+    Paths of which ``stays`` [N] is true stay as they are.
+    """
+    stays = torch.zeros(len(scene), dtype=torch.bool) if stays is None else stays
+    if scene.strokes is not None:
+        old = scene.strokes.width.double().numpy()
+        width = np.where(stays.numpy(), old, grid.put(old))
+        scene = replace(scene, strokes=replace(scene.strokes, width=torch.from_numpy(width).to(scene.strokes.width)))
+    if scene.forms is None:
+        return scene
+    parameters = scene.forms.parameters.clone()
+    for _, form, paths in scene.forms.groups():
+        own = parameters[paths].double()
+        own = own[is_level := (own[:, ANGLE].abs() * own[:, FIRST : SECOND + 1].amax(1) <= grid.spread) & ~stays[paths]]
+        numbers = form.numbers(own)
+        put = torch.from_numpy(grid.put(numbers.numpy().ravel())).reshape(numbers.shape)
+        parameters[paths[is_level]] = form.parameters(put, torch.zeros(len(own)).double()).to(parameters)
+    return scene.with_forms(replace(scene.forms, parameters=parameters))
+
+
+def numbers_of(scene: Scene) -> Floats:
+    """Return the numbers that a file says of ``scene`` [K]: nodes, radii, sides of forms, and widths of strokes."""
+    control, structure = whole_curves(scene).double().numpy(), scene.structure
+    found, is_outline = list[Floats](), ~structure.end_rows.numpy()
+    if scene.forms is not None:
+        is_outline &= ~scene.forms.is_form.numpy()[structure.segment_path.numpy()]
+        for _, form, paths in scene.forms.groups():
+            found.append(form.numbers(scene.forms.parameters[paths].double()).numpy().ravel())
+    x, y, radius = own_circles(control[:, :3], control[:, 3])
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & is_outline
+    circle = np.stack([x, y, radius], 1)
+    after = structure.segment_next.numpy()
+    goes_on = np.zeros(len(control), bool)
+    goes_on[after] = is_arc & is_arc[after] & (np.abs(circle - circle[after]).max(1) <= SAME_CIRCLE)
+    found += [control[is_outline & ~goes_on, 0].ravel(), radius[is_arc]]
+    if scene.strokes is not None:
+        found.append(scene.strokes.width.double().numpy())
+    values: Floats = np.concatenate(found)
+    return values[values > 0.0]
