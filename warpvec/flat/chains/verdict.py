@@ -108,11 +108,15 @@ class Verdict:
             reach = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy() / 2.0
             own = reach[scene.structure.segment_path.numpy()][:, None]
             number = np.arange(len(control))
-            over = self._is_over(rise, control, loop, count, own, squares, is_on_grid)
-            peaks = self._is_over(rise, control, number, len(control), own, (PEAK * detail) ** 2, is_on_grid[loop])
+            over = self._is_over(rise, control, loop, count, own, squares, ON_GRID * is_on_grid)
+            peaks = self._is_over(
+                rise, control, number, len(control), own, (PEAK * detail) ** 2, PEAK * ON_GRID * is_on_grid[loop]
+            )
             wrong |= over
             wrong[loop[peaks]] = True
-            worst = peaks | self._is_over(rise, control, number, len(control), own, squares[loop], is_on_grid[loop])
+            worst = peaks | self._is_over(
+                rise, control, number, len(control), own, squares[loop], ON_GRID * is_on_grid[loop]
+            )
             boxes.append(np.stack([control.min(1), control.max(1)], 1)[worst])
         meets = segment_loops(new)[meeting_rows(new)]
         wrong[meets] |= ~self._met[meets]
@@ -131,13 +135,16 @@ class Verdict:
 
     def _is_over(
         self, rise: Floats, control: Floats, owner: Integers, count: int, reach: Floats, squares: Floats | float,
-        is_on_grid: Mask,
+        on_grid: Floats,
     ) -> Mask:  # fmt: skip
-        """Return which owners [count] of segments ``control`` [R, 4, 2] have more `summed` ``rise`` in their box."""
+        """Return which owners [count] of segments ``control`` [R, 4, 2] have more `summed` ``rise`` in their box.
+
+        It is ``squares`` px^2 of a move, or what is left of ``on_grid`` px if that is above 0 [count].
+        """
         low, high = boxes_of(np.stack([control.min(1) - reach, control.max(1) + reach], 1), owner, count)
         worth = sums_in_boxes(self._summed_worth, low, high)
-        room = np.maximum(ON_GRID**2 * worth - sums_in_boxes(self._summed_before, low, high), self.spread**2 * worth)
-        return sums_in_boxes(rise, low, high) > np.where(is_on_grid, room, squares * worth) + NOISE
+        room = np.maximum(on_grid**2 * worth - sums_in_boxes(self._summed_before, low, high), self.spread**2 * worth)
+        return sums_in_boxes(rise, low, high) > np.where(on_grid > 0.0, room, squares * worth) + NOISE
 
 
 def finely(scene: Scene) -> Scene:

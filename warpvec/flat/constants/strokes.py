@@ -69,8 +69,18 @@ class StrokeConstants:
     """By how many pixels the disks at the pixels of a ridge may be smaller than half the width. With one pixel, slanted
     lines fall to pieces; wider ridges get side branches."""
 
-    spur: float = 0.5
-    """Branches that end nearer to their junction, in widths, are no lines: corners and thick junctions make them."""
+    spur: float = 0.8
+    """Branches that end nearer to their junction, in widths, are no lines unless they show a cap: corners and thick
+    junctions make them."""
+
+    cap_degrees: float = 175.0
+    """Least part of a circle about the end of such a branch that is outline, in degrees. A round cap has 180 and some 10 at
+    both sides, a corner as much as the line turns."""
+
+    cap_error: float = 0.02
+    cap_error_min: float = 0.15
+    """Share of the radius by which that outline may be off the circle, and least such difference in pixels: outlines are
+    fitted to a tenth."""
 
     # Centre lines (strokes/center_lines.py)
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.lines import LINES
-from warpvec.flat.lines.thinning import thinned
 from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.skeleton import Graph, graph_of
+from warpvec.flat.strokes.thinning import thinned
 
 _CURVE_SAMPLES = 8
 """Lines that stand for a curve where the grid is filled."""

@@ -12,11 +12,15 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.strokes.inner_disks import Boundary, Disks
 from warpvec.flat.strokes.line_fitting import Line, Rows
-from warpvec.flat.strokes.skeleton import Graph, graph_of, thinned
+from warpvec.flat.strokes.skeleton import Graph, graph_of
+from warpvec.flat.strokes.thinning import thinned
 from warpvec.geometry.strokes import BUTT, MITER, ROUND
 
 _CELLS = 10.0
 """Cells of the grid of a skeleton across a stroke."""
+
+_CAP_STEP = 5.0
+"""Degrees of a circle that are outline if one point of the outline lies there."""
 
 
 class CenterLines(NamedTuple):
@@ -60,8 +64,9 @@ def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float
     graph, scale, origin = _skeleton(shape)
     places = [_snapped(shape, (branch[:, ::-1] + 0.5) / scale + origin, scale) for branch in graph.branches]
     junctions = (graph.junctions[:, ::-1] + 0.5) / scale + origin
+    places = [_to_junction(own, ends, junctions) for own, ends in zip(places, graph.ends, strict=True)]
     kept = [
-        k for k, ends in enumerate(graph.ends) if len(places[k]) > 1 and not _is_spur(places[k], ends, junctions, width)
+        k for k, ends in enumerate(graph.ends) if len(places[k]) > 1 and not _is_spur(shape, places[k], ends, junctions)
     ]
     if not kept:
         return None
@@ -100,12 +105,37 @@ def going_on(found: Floats, gap_min: float) -> Floats:
     return np.array(kept).reshape(-1, 2)
 
 
-def _is_spur(places: Floats, ends: tuple[int, int] | None, junctions: Floats, width: float) -> bool:
-    """Return whether a branch ends near its only junction."""
+def _to_junction(places: Floats, ends: tuple[int, int] | None, junctions: Floats) -> Floats:
+    """Return the places [M, 2] of a branch, of which only its cap may show, with its only junction then."""
+    if len(places) != 1 or ends is None or (ends[0] < 0) == (ends[1] < 0):
+        return places
+    junction = junctions[max(ends)][None]
+    return np.concatenate([places, junction] if ends[0] < 0 else [junction, places])
+
+
+def _is_spur(shape: Shape, places: Floats, ends: tuple[int, int] | None, junctions: Floats) -> bool:
+    """Return whether a branch ends near its only junction, and without a cap."""
     if ends is None or (ends[0] < 0) == (ends[1] < 0):
         return False
     tip, junction = (places[0], ends[1]) if ends[0] < 0 else (places[-1], ends[0])
-    return bool(np.linalg.norm(tip - junctions[junction]) < STROKES.spur * width)
+    is_short = np.linalg.norm(tip - junctions[junction]) < STROKES.spur * shape.width
+    return bool(is_short and _turn_around(shape, tip) < STROKES.cap_degrees)
+
+
+def _turn_around(shape: Shape, tip: Floats) -> float:
+    """Return how many degrees of a circle as wide as the stroke, about the end of a line near a ``tip``, are outline.
+
+    A round cap has half of it, and a little of both sides. A corner has as much as the line turns there.
+    """
+    radius = shape.width / 2.0
+    ends = np.asarray(shape.centers.data)[shape.centers.query_ball_point(tip, radius / 2.0)]
+    if len(ends):  # the disks along a cap have one centre
+        tip = ends[int(np.argmax(shape.centers.query_ball_point(ends, STROKES.cap_error_min, return_length=True)))]
+    near = shape.boundary.points[shape.tree.query_ball_point(tip, 1.1 * radius)] - tip
+    distance = np.linalg.norm(near, axis=1)
+    off = max(STROKES.cap_error * radius, STROKES.cap_error_min)
+    around = near[np.abs(distance - radius) <= off]
+    return float(len(np.unique(np.floor(np.degrees(np.arctan2(around[:, 1], around[:, 0])) / _CAP_STEP))) * _CAP_STEP)
 
 
 class _Meeting(NamedTuple):
@@ -157,7 +187,7 @@ def joined(
         kept: the branches that are lines.
         junctions: [J, 2] px.
         joint: tells how the ends at a junction meet. It may add to the ``places`` of a branch.
-        length_min: least length of a line in widths, unless it is the longest.
+        length_min: least length in widths of a line between others, unless it is the longest.
     """
     at: dict[int, list[End]] = {}
     for branch, both in zip(kept, ends, strict=True):
@@ -181,10 +211,17 @@ def joined(
     chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed], partner)
     lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
     least = min(length_min * shape.width, max(lengths))
-    chains = [chain for chain, length in zip(chains, lengths, strict=True) if length >= least]
+    chains = [
+        chain for chain, length in zip(chains, lengths, strict=True) if length >= least or _has_cap(chain[0], meeting)
+    ]
     cap = _cap(shape, places, chains, meeting)
     lines = [_line_of(shape, places, chain, is_ring, meeting, cap) for chain, is_ring in chains]
     return CenterLines([line for line in lines if len(line.points) > 1], cap)
+
+
+def _has_cap(chain: list[tuple[int, bool]], meeting: dict[tuple[int, bool], _Meeting]) -> bool:
+    """Return whether a chain of branches has an end that meets no other line."""
+    return not {chain[0], (chain[-1][0], not chain[-1][1])} <= meeting.keys()
 
 
 def _length(points: Floats) -> float:

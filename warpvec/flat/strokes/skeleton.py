@@ -1,7 +1,4 @@
-"""The skeleton of a shape: lines one pixel wide, as a graph of branches between ends and junctions.
-
-Source: T. Y. Zhang and C. Y. Suen, "A fast parallel algorithm for thinning digital patterns" (1984).
-"""
+"""The skeleton of a shape: lines one pixel wide, as a graph of branches between ends and junctions."""
 
 from __future__ import annotations
 
@@ -28,28 +25,6 @@ class Graph(NamedTuple):
     branches: list[Integers]
     ends: list[tuple[int, int] | None]
     junctions: Floats
-
-
-def thinned(mask: Mask) -> Mask:
-    """Return the skeleton of ``mask`` [h, w], with as many parts and holes."""
-    image = np.pad(mask, 1).astype(np.uint8)
-    while True:
-        before = int(image.sum())
-        for phase in (0, 1):
-            image[_removable(image, phase)] = 0
-        if int(image.sum()) == before:
-            return image[1:-1, 1:-1].astype(bool)
-
-
-def _removable(image: np.ndarray, phase: int) -> Mask:
-    p = [np.roll(image, (-row, -column), (0, 1)) for row, column in AROUND]
-    count = sum(each.astype(np.int8) for each in p)
-    turns = sum(((a == 0) & (b == 1)).astype(np.int8) for a, b in zip(p, [*p[1:], p[0]], strict=True))
-    up, right, down, left = p[0], p[2], p[4], p[6]
-    first, second = ((up, right, down), (right, down, left)) if phase == 0 else ((up, right, left), (up, down, left))
-    is_free = (first[0] * first[1] * first[2] == 0) & (second[0] * second[1] * second[2] == 0)
-    found: Mask = (image == 1) & (count >= 2) & (count <= 6) & (turns == 1) & is_free
-    return found
 
 
 def graph_of(skeleton: Mask) -> Graph:
