@@ -65,7 +65,7 @@ COMMANDS: dict[str, list[str]] = {
     "gradients": ["run", "photo.png", "gradients.svg", *_SHORT, "--gradients", "0.5"],
     "auto gradients": ["run", "photo.png", "auto-gradients.svg", *_SHORT, "--gradients", "auto"],
     "minified": ["run", "photo.png", "minified.svg", *_SHORT, "--minify"],
-    "minified levels": ["run", "photo.png", "minified-levels.svg", *_SHORT, "--minify", "--lod", "--grid", "8"],
+    "minified levels": ["run", "photo.png", "minified-levels.svg", *_SHORT, "--minify", "--lod", "--units", "8"],
     "trimmed": ["run", "photo.png", "trimmed.svg", *_SHORT, "--trim", "--no-metadata", "--size", "50mm"],
     "psnr": ["run", "photo.png", "psnr.svg", "--iterations", "120", *_PHOTO, "--target-psnr", "24", "--json"],
     "psnr and bytes": ["run", "photo.png", "psnr-bytes.svg", "--iterations", "120", *_PHOTO, "--target-psnr", "22",

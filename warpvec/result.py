@@ -249,6 +249,7 @@ class Result:
             "unchanged": drawing.given is not None,
             "left_out": drawing.left_out,
             **(drawing.line_facts or {}),
+            **self._grid(),
             "internal_psnr": self._internal_psnr(),
             "degree": drawing.fitted.degree,
             "conversion_px": drawing.conversion_px,
@@ -291,6 +292,17 @@ class Result:
             return []
         found = ((level, text, file_facts(text)["paths"]) for level, text in prefixes(drawn))
         return [{"level": k, "curves": n, "psnr": self.encoding.text_psnr(text)} for k, text, n in found]
+
+    def _grid(self) -> dict[str, Any]:
+        """Return the units along the longer side of the grid of the drawing, and the share of numbers on half units."""
+        encoding = self.encoding
+        if not encoding.grid:
+            return {}
+        from warpvec.flat.chains.grid import share_on_halves  # it loads SciPy
+
+        picture = encoding.picture
+        share = share_on_halves(self.scene, max(picture.width, picture.height) / encoding.grid)
+        return {"grid": encoding.grid, "grid_share": round(share, 3)}
 
     def _internal_psnr(self) -> float:
         picture = self.picture

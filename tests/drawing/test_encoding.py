@@ -28,7 +28,7 @@ def encoding(fit_size: int = 1024, *, options: FileOptions | None = None, **sett
 
 
 @pytest.mark.parametrize(
-    "settings", [{"precision": 2}, {"precision": 0}, {"minify": True}, {"minify": True, "grid": 7, "opacity": "opaque"}]
+    "settings", [{"precision": 2}, {"precision": 0}, {"minify": True}, {"minify": True, "units": 7, "opacity": "opaque"}]
 )
 def test_the_file_states_the_rounded_scene(settings: dict[str, object]) -> None:
     made = encoding(**settings)
@@ -47,7 +47,7 @@ def test_the_file_states_the_rounded_scene(settings: dict[str, object]) -> None:
     torch.testing.assert_close(read.opacity, rounded.opacity)
 
 
-@pytest.mark.parametrize(("settings", "units"), [({}, 1), ({"minify": True, "grid": 8}, 8)])
+@pytest.mark.parametrize(("settings", "units"), [({}, 1), ({"minify": True, "units": 8}, 8)])
 def test_units_are_finer_and_the_size_stays(settings: dict[str, object], units: int) -> None:
     made = encoding(**settings)
     made = made.of_photo(made.settings)

@@ -125,7 +125,7 @@ def _fit_again(job: FitJob, pixels: NDArray[np.float32], mode: str, threads: int
     settings = FitSettings({"mode": "photo", "opacity": job.settings.values["opacity"]})
     config = replace(settings.config("photo"), threads=threads, recycle_gap=0)
     if job.settings.goal and read_drawing(job.start.encode()).width >= SHORT_UNITS * pixels.shape[1]:
-        config = replace(config, minify=True, grid=1)
+        config = replace(config, minify=True, units=1)
     edited = Edited(job.start, job.locked, job.filled if mode == "photo" else None, mode == "photo")
     drawing, locked = fit_again(edited, _request(job, pixels, config, watch).encoding, watch)
     return within_limit(drawing, job.settings.goal, locked) if mode == "photo" else drawing

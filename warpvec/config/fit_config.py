@@ -37,6 +37,7 @@ from warpvec.config.limits import (
     MAX_SECONDS,
     MAX_SEGMENTS,
     MAX_THREADS,
+    MAX_UNITS,
     MAX_WEIGHT,
 )
 from warpvec.config.modes import MODES
@@ -45,7 +46,7 @@ from warpvec.config.rooms import added_names, added_settings, with_added_names
 from warpvec.config.setting import PHOTO, Setting, photo_setting, setting, settings_of
 from warpvec.errors import InputError
 
-AUTO = "auto"
+AUTO, OFF = "auto", "off"
 """Value of ``gradients`` that leaves their number to the fit."""
 
 
@@ -67,6 +68,17 @@ def _check_soft(name: str, value: object) -> str:
     """Return "auto", or the text of a number of paths."""
     rule = f"must be auto or a whole number from 0 to {MAX_CURVES}"
     return _auto_or_count(name, value, MAX_CURVES, rule, "give 0 for sharp paths only")
+
+
+def _check_grid(name: str, value: object) -> str:
+    """Return "auto" or "off", or the text of a whole number of units."""
+    if value == OFF and isinstance(value, str):
+        return OFF
+    rule = f"must be auto, off or a whole number of units from 1 to {MAX_GRID}"
+    found = _auto_or_count(name, value, MAX_GRID, rule, "give 24")
+    if found == "0":
+        raise InputError(name, rule, show(value), "give 24")
+    return found
 
 
 def _check_line_width(name: str, value: object) -> str:
@@ -115,6 +127,7 @@ def _check_device(name: str, value: object) -> str:
 _COUNT_OR_SHARE = Real(0.0, MAX_CURVES)
 _DETAIL = Positive(DETAIL_MAX, f"must be above 0 and at most {DETAIL_MAX:g} pixels", "give 0.1 to 1")
 _LINE_WIDTH = Custom(_check_line_width, parse_text, "X|auto", f"auto, above 0 to {LINE_WIDTH_MAX:g}", "float | str")
+_GRID = Custom(_check_grid, parse_text, "N|auto|off", f"auto, off, 1 to {MAX_GRID}", "int | str")
 _BLUR = Custom(_check_blur, parse_text, "X|auto", f"auto, 0 to {BLUR_MAX:g}", "float | str")
 _THRESHOLD = Custom(_check_threshold, parse_text, "auto|N", f"auto, 0 to {LEVEL_MAX}", "int | str")
 _SOFT = Custom(_check_soft, parse_text, "auto|N", f"auto, 0 to {MAX_CURVES}", "int | str")
@@ -303,10 +316,16 @@ class CoreSettings:
     )  # fmt: skip
     """Write the shortest file, of whole numbers in a fine viewBox, and fit paths that take few bytes: see
     `warpvec.config.presets.MINIFIED`."""
-    grid: int = setting(
-        0, Whole(0, MAX_GRID), "Units per pixel of a minified file; 0 for as many as needed.", RESULT, stated="never"
+    units: int = setting(
+        0, Whole(0, MAX_UNITS), "Units per pixel of a minified file; 0 for as many as needed.", RESULT, stated="never"
     )
     """Units per pixel of a minified file; 0 for as many as the paths need."""
+    grid: str = setting(
+        "auto", _GRID, "Drawings: units along the longer side of the grid that it was made on; auto or off.", RESULT,
+        modes=("flat", "mono", "lines"), stated="if used",
+    )  # fmt: skip
+    """Units along the longer side of the grid that the drawing was made on. "auto" finds it. Numbers that are meant to
+    be on it are put there, and the file is in its units. "off" for pixels."""
     precision: int = setting(2, Whole(0, 6), "Decimals of the coordinates, 0 to 6.", RESULT)
     """Decimals of the coordinates in the SVG. float32 has seven digits, and at least one of them is before the
     point."""

@@ -19,8 +19,11 @@ MAX_ALL_SEGMENTS = 2**22
 MAX_COUNT = 10**9
 """Largest count of what takes no memory. A fit of so many iterations takes weeks, and no image has such a side."""
 
-MAX_GRID = 1000
+MAX_UNITS = 1000
 """Most units per pixel of a minified file, as fine as three decimals."""
+
+MAX_GRID = 4096
+"""Most units along a side of a grid that a drawing is made on."""
 
 MAX_GROWTH = 1e6
 """Largest growth, with which a single inflation adds all paths there may be."""

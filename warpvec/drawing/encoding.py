@@ -68,6 +68,7 @@ class Encoding:
         is_minified: whether the file has the shortest form; see `warpvec.svg.minify`.
         keeps_layers: whether the shortest form has a group for each layer.
         keeps_paths: whether paths that cannot be seen stay, and smooth nodes stay smooth.
+        grid: units along the longer side of the grid that the drawing was made on; 0 for none.
         simplify: returns a rounded scene without outlines that cross themselves, given the distance of the file's
             coordinates in pixels, across and down; None for drawings that may have some.
     """
@@ -84,6 +85,7 @@ class Encoding:
     is_minified: bool = False
     keeps_layers: bool = False
     keeps_paths: bool = False
+    grid: int = 0
     simplify: Callable[[Scene, tuple[float, float]], Scene] | None = None
 
     @staticmethod
@@ -106,8 +108,8 @@ class Encoding:
         rows, columns = self.picture.reduced_size
         side = math.sqrt(rows * columns / settings.curves)
         step = min(side * (GZIP_STEP_SHARE if gzip else STEP_SHARE), STEP_MAX)
-        if settings.grid:
-            return encoding.finer(settings.grid)
+        if settings.units:
+            return encoding.finer(settings.units)
         return encoding._in_proportion(self.picture.reduction[0] / step)
 
     def of_drawing(self) -> Encoding:
@@ -120,6 +122,15 @@ class Encoding:
         rows, columns = self.size
         size, sides = (rows * units, columns * units), self.sides or (str(columns), str(rows))
         return self._shortest(size, sides)
+
+    def on_grid(self, side: int) -> Encoding:
+        """Return the encoding in units of which the longer side has ``side``. Size and precision stay."""
+        height, width = self.picture.height, self.picture.width
+        unit = max(height, width) / side
+        size = (round(height / unit), round(width / unit))
+        more = max(0, round(math.log10(unit)))
+        sides = self.sides or (str(width), str(height))
+        return replace(self, size=size, precision=self.precision + more, sides=sides, grid=side)
 
     def _in_proportion(self, units: float) -> Encoding:
         """Return the shortest form with about ``units`` per pixel, in the proportions of the picture.
@@ -205,7 +216,7 @@ class Encoding:
         metadata = None if self.options.no_metadata else self.metadata or stated_settings(self.settings)
         return write_svg(
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
-            sides=self.options.sides(columns, rows) or self.sides, layer_names=self.layer_names,
+            sides=self.options.sides(picture.width, picture.height) or self.sides, layer_names=self.layer_names,
             has_arcs=purpose.has_arcs, profile=purpose.profile,
         )  # fmt: skip
 
@@ -242,4 +253,4 @@ def _blurred(drawn: NDArray[np.uint8], deviation: float) -> NDArray[np.float32]:
 
 def flat_units(settings: FitConfig) -> int:
     """Return the units per pixel of a minified drawing of flat art."""
-    return settings.grid or min(10**settings.precision, FLAT_UNITS)
+    return settings.units or min(10**settings.precision, FLAT_UNITS)

@@ -59,7 +59,7 @@ def encoding_like(drawing: LoadedSvg, data: bytes, usual: Encoding) -> Encoding:
     )  # fmt: skip
     if not settings.minify:
         return encoding
-    is_exact = drawing.precision is not None and not settings.grid
+    is_exact = drawing.precision is not None and not settings.units
     encoding = encoding.finer(10**encoding.precision if is_exact else flat_units(settings))
     generation = drawing.scene.generation
     has_layers = drawing.minified and int(generation.max()) > int(generation.min())

@@ -56,8 +56,10 @@ class Keywords(TypedDict, total=False):
     """Make levels of detail: the lowest K layers alone make a good picture, for every K."""
     minify: bool
     """Write the shortest file; on with --max-bytes."""
-    grid: int
+    units: int
     """Units per pixel of a minified file; 0 for as many as needed."""
+    grid: int | str
+    """Drawings: units along the longer side of the grid that it was made on; auto or off."""
     precision: int
     """Decimals of the coordinates, 0 to 6."""
     path_model: Literal["segments", "sides"]

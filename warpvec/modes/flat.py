@@ -16,6 +16,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.fit.loop import single_torch_thread
+from warpvec.flat.chains.grid import grid_side
 from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.cutting.cutout import cut_out
@@ -156,6 +157,8 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names, simplify=with_simple_outlines)
+    side = 0 if encoding.is_minified else grid_side(scene, encoding.picture.reduced_size, settings.grid)
+    encoding = encoding.on_grid(side) if side else encoding
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)
 
 

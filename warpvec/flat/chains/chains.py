@@ -70,18 +70,20 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         watch: the watch over the run. When it is over, nothing more is changed.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
     """
-    if watch.is_over():
+    if not len(scene) or watch.is_over():
         return scene
     left, verdict = _chains_of(scene), Verdict(scene, critic, detail)
     height, width = critic.image.shape[:2]
     sheet = _Sheet(number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene))
-    left |= _fitted(verdict, left, _said(left, detail, sheet), watch)
+    if left:
+        left |= _fitted(verdict, left, _said(left, detail, sheet), watch)
     fixed = _points_but(scene, left)
     first = _said(left, verdict.spread, sheet, fixed)
-    grid = grid_of(file_numbers_of(with_rows(scene, first)), (height, width), _near(verdict.spread))
+    numbers = file_numbers_of(with_rows(scene, first))
+    grid = grid_of(numbers, (height, width), _near(verdict.spread), critic.config.grid)
     drawing = scene if grid is None else _on_grid(verdict, grid)
     found: dict[int, _LoopRows] = {}
-    on_grid: set[int] = set()
+    held = set[int]()
     for share, is_regular, on in ([] if grid is None else [(1.0, True, grid)]) + [(*each, None) for each in TRIED]:
         if not left or watch.is_over():
             break
@@ -89,16 +91,17 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         said = _said(left, share * verdict.spread, sheet, fixed if is_regular else None, on)
         tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], left[loop].is_closed)}
         new, mask = with_rows(drawing, found | tried), _mask(scene, tried)
-        refused, boxes = verdict.refused(new, mask, shares_of(scene, new), mask if on else _mask(scene, on_grid))
+        refused, boxes = verdict.refused(new, mask, shares_of(scene, new), mask if on else _mask(scene, held))
         found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
-        on_grid |= set(found) if on else set()
-        left = {
-            loop: chain.firmer_in(boxes) if on is None else chain for loop, chain in left.items() if loop not in found
-        }
+        left = {loop: chain for loop, chain in left.items() if loop not in found}
+        if on is None:
+            left = {loop: chain.firmer_in(boxes) for loop, chain in left.items()}
+        else:
+            held = set(found)
     # What is refused may have covered what others do wrong.
     while found:
         new = with_rows(drawing, found)
-        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new), _mask(scene, on_grid))
+        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new), _mask(scene, held))
         if not refused.any():
             return new
         found = {loop: rows for loop, rows in found.items() if not refused[loop]}

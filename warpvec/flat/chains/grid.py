@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from warpvec.arrays import Floats
+from warpvec.config.fit_config import AUTO, OFF
 from warpvec.flat.chains.parts import ARC, radius_of
 from warpvec.flat.chains.solve import Sketch, solved
 from warpvec.geometry.bezier import whole_curves
@@ -39,7 +40,7 @@ SURE = 0.9
 """Least probability by which a number is taken for a multiple: one in ten of those at the limit is none."""
 
 EVIDENCE_MIN = math.log(len(SIDES)) + math.log(100.0)
-"""Nats by which a grid must explain the numbers better than none: which of the sides it is, and one wrong of hundred."""
+"""Nats by which a grid must explain the numbers better than none: which side it has, and one wrong in a hundred."""
 
 COARSER_SHARE = 0.5
 """Share of the nats of a grid with which one of whole multiples of its unit is taken: halves and quarters of a unit are
@@ -50,6 +51,9 @@ SOLUTIONS = 2
 
 HANDLE_ERROR, RADIUS_MIN = 0.01, 0.5
 """Error in pixels of the handles of a cubic that is an arc, and least radius."""
+
+EXACT = 0.02
+"""Deviation in pixels of numbers that were put on a grid: of what rounding and solutions leave."""
 
 SAME_CIRCLE = 0.05
 """Largest difference in pixels of the centres and radii of arcs that are parts of one: its inner nodes say nothing."""
@@ -91,15 +95,20 @@ class Grid(NamedTuple):
         return np.where(np.isnan(places), values, places)
 
 
-def grid_of(values: Floats, size: tuple[int, int], spread: float) -> Grid | None:
+def grid_of(values: Floats, size: tuple[int, int], spread: float, wanted: str = AUTO) -> Grid | None:
     """Return the grid of a drawing with the numbers ``values`` [K] in pixels; None if it has none.
 
     Args:
         values: coordinates, radii and widths. Those that say the same count once.
         size: height and width of the canvas in pixels.
         spread: standard deviation of the numbers in pixels.
+        wanted: "auto", "off", or its units along the longer side.
     """
     own = _distinct(values, spread)
+    if wanted == OFF or not len(own):
+        return None
+    if wanted != AUTO:
+        return _explained(own, max(size) / int(wanted), int(wanted), spread)
     found = [_explained(own, max(size) / side, side, spread) for side in SIDES if _fits(size, side)]
     best = max(found, key=lambda grid: grid.nats, default=None)
     if best is None or best.nats < EVIDENCE_MIN:
@@ -145,8 +154,8 @@ def _densities(values: Floats, unit: float, spread: float) -> tuple[Floats, Floa
 def hold_grid(sketch: Sketch, grid: Grid) -> None:
     """Solve ``sketch`` with the numbers on the ``grid`` that are surely meant to be there.
 
-    A node where a line becomes an arc is hardly seen: it follows from the radius. So radii and coordinates are held, and
-    then those that came near by that.
+    A node where a line becomes an arc is hardly seen: it follows from the radius. So radii and coordinates are held,
+    and then those that came near by that.
     """
     for _ in range(SOLUTIONS):
         parts = range(len(sketch.kind))
@@ -181,6 +190,24 @@ def on_grid(scene: Scene, grid: Grid, stays: Tensor | None = None) -> Scene:
         put = torch.from_numpy(grid.put(numbers.numpy().ravel())).reshape(numbers.shape)
         parameters[paths[is_level]] = form.parameters(put, torch.zeros(len(own)).double()).to(parameters)
     return scene.with_forms(replace(scene.forms, parameters=parameters))
+
+
+def grid_side(scene: Scene, size: tuple[int, int], wanted: str) -> int:
+    """Return the units along the longer side of the grid that the numbers of a finished ``scene`` lie on; 0 for none.
+
+    Args:
+        scene: a drawing whose numbers were put on its grid.
+        size: height and width of the canvas in pixels.
+        wanted: as in `grid_of`.
+    """
+    grid = grid_of(numbers_of(scene), size, EXACT, wanted)
+    return 0 if grid is None or grid.side == max(size) else grid.side
+
+
+def share_on_halves(scene: Scene, unit: float) -> float:
+    """Return the share of the numbers of a ``scene`` that are whole multiples of half a ``unit`` in pixels."""
+    halves = numbers_of(scene) / (unit / 2.0)
+    return float((np.abs(halves - np.round(halves)) * unit / 2.0 <= EXACT).mean()) if len(halves) else 0.0
 
 
 def numbers_of(scene: Scene) -> Floats:

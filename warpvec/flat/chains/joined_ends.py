@@ -28,7 +28,7 @@ STRAIGHT = 1e-3
 """Largest rise of a straight curve over its chord."""
 
 SAME, LYING = 1e-3, 0.2
-"""Pixels between places that are one, and from a line on which a place lies: lines follow chains, which bend a little."""
+"""Pixels between places that are one, and from a line on which a place lies: lines follow chains, which may bend."""
 
 
 def with_met_ends(chains: dict[int, Chain], widths: Floats) -> dict[int, Chain]:
@@ -48,9 +48,11 @@ def with_met_ends(chains: dict[int, Chain], widths: Floats) -> dict[int, Chain]:
     reach = REACH * widths[[loop for loop, _ in ends]]
     found: dict[tuple[int, int], Floats] = {}
     for group in _groups(tips, reach):
-        place = _crossing(places[group], ways[group], tips[group].mean(0))
+        first, place = group[0], None
         if len(group) == 1:
-            place = _place_on_others(chains, widths, ends[group[0]], tips[group[0]], places[group[0]], ways[group[0]])
+            place = _place_on_others(chains, widths, ends[first], tips[first], places[first], ways[first])
+        else:
+            place = _crossing(places[group], ways[group], tips[group].mean(0))
         if place is not None and (np.linalg.norm(tips[group] - place, axis=1) <= 2.0 * reach[group]).all():
             found |= {ends[k]: place for k in group}
     moved = dict(chains)
@@ -75,7 +77,7 @@ def _groups(tips: Floats, reach: Floats) -> list[Integers]:
 
 
 def _crossing(places: Floats, ways: Floats, middle: Floats) -> Floats:
-    """Return where lines through ``places`` [K, 2] in the directions ``ways`` cross, as near to ``middle`` as they say."""
+    """Return where lines through ``places`` [K, 2] in directions ``ways`` cross; ``middle`` where they do not say."""
     normal = np.stack([-ways[:, 1], ways[:, 0]], 1)
     values, vectors = np.linalg.eigh(normal.T @ normal)
     step = vectors.T @ (normal.T @ ((places - middle) * normal).sum(1))

@@ -27,9 +27,9 @@ and the 16 pictures of `bench/flat.py` 49.47, 49.27 and 48.99 dB; without chains
 
 ON_GRID = 0.13
 """Distance in pixels from the picture, as a root mean square, that an outline on the grid of its drawing may have. The
-grid is no free choice: by chance hardly any number lies on it. The renderers of pictures move outlines by as much, and a
-free fit follows them: resvg draws 200 icons of lucide and material, at 512 px, up to 0.126 px off their exact coverage,
-half of them 0.07 px."""
+grid is no free choice: by chance hardly any number lies on it. The renderers of pictures move outlines by as much, and
+a free fit follows them: resvg draws 200 icons of lucide and material, at 512 px, up to 0.126 px off their exact
+coverage, half of them 0.07 px."""
 
 SHIFT = 0.25
 """Move in pixels of the whole drawing that tells what a move of an outline costs, for strokes too."""
@@ -100,7 +100,7 @@ class Verdict:
         Also return the boxes [B, 2, 2], least and greatest coordinates, of segments near which the error rises most.
         """
         rise, count = summed(self.critic.error(finely(new)) - self._before), new.structure.loop_count
-        is_on_grid = np.zeros(count, bool) if is_on_grid is None else is_on_grid
+        on_grid = ON_GRID * (np.zeros(count) if is_on_grid is None else is_on_grid.astype(np.float64))
         detail, squares = ALLOWED * self.spread, (ALLOWED * self.spread) ** 2 * shares
         wrong, boxes = np.zeros(count, bool), list[Floats]()
         for scene in (self.scene, new):
@@ -108,15 +108,11 @@ class Verdict:
             reach = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy() / 2.0
             own = reach[scene.structure.segment_path.numpy()][:, None]
             number = np.arange(len(control))
-            over = self._is_over(rise, control, loop, count, own, squares, ON_GRID * is_on_grid)
-            peaks = self._is_over(
-                rise, control, number, len(control), own, (PEAK * detail) ** 2, PEAK * ON_GRID * is_on_grid[loop]
-            )
+            over = self._is_over(rise, control, loop, count, own, squares, on_grid)
+            peaks = self._is_over(rise, control, number, len(control), own, (PEAK * detail) ** 2, PEAK * on_grid[loop])
             wrong |= over
             wrong[loop[peaks]] = True
-            worst = peaks | self._is_over(
-                rise, control, number, len(control), own, squares[loop], ON_GRID * is_on_grid[loop]
-            )
+            worst = peaks | self._is_over(rise, control, number, len(control), own, squares[loop], on_grid[loop])
             boxes.append(np.stack([control.min(1), control.max(1)], 1)[worst])
         meets = segment_loops(new)[meeting_rows(new)]
         wrong[meets] |= ~self._met[meets]

@@ -74,13 +74,13 @@ class StrokeConstants:
     junctions make them."""
 
     cap_degrees: float = 175.0
-    """Least part of a circle about the end of such a branch that is outline, in degrees. A round cap has 180 and some 10 at
-    both sides, a corner as much as the line turns."""
+    """Least part of a circle about the end of such a branch that is outline, in degrees. A round cap has 180 and some
+    10 at both sides, a corner as much as the line turns."""
 
     cap_error: float = 0.02
     cap_error_min: float = 0.15
-    """Share of the radius by which that outline may be off the circle, and least such difference in pixels: outlines are
-    fitted to a tenth."""
+    """Share of the radius by which that outline may be off the circle, and least such difference in pixels: outlines
+    are fitted to a tenth."""
 
     # Centre lines (strokes/center_lines.py)
 
