@@ -83,7 +83,7 @@ class LineConstants:
     loop_radii: float = 2.0
     """A branch that comes back to its junction is no line if it is at most so many radii long."""
 
-    # Joints (lines/joints.py)
+    # Joints (strokes/joints.py)
 
     arm_reach: float = 1.0
     """Length in widths of the part of a line that tells its direction and bend at a junction."""

@@ -87,9 +87,6 @@ class StrokeConstants:
     reach: float = 1.0
     """Length in widths of the part of a line that tells its direction at a junction."""
 
-    through_degrees: float = 35.0
-    """Two lines go on as one through a junction if the turn is at most so much."""
-
     overhang: float = 0.1
     """A line goes on through a junction if the shape reaches by more than so many widths beyond the other lines."""
 

@@ -19,7 +19,6 @@ from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.lines.branches import find_branches
 from warpvec.flat.lines.dots import find_dots
 from warpvec.flat.lines.ink import Ink, find_ink
-from warpvec.flat.lines.joints import bent_joint
 from warpvec.flat.lines.line import DrawnLine, read_back, scene_of
 from warpvec.flat.lines.local_skeleton import filled_grid
 from warpvec.flat.lines.shared_nodes import attached_ends, with_shared_nodes
@@ -27,8 +26,9 @@ from warpvec.flat.lines.wide_areas import WideAreas, find_wide_areas, without
 from warpvec.flat.lines.widths import by_width
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.strokes.attempts import form_of_line
-from warpvec.flat.strokes.center_lines import Shape, joined
+from warpvec.flat.strokes.center_lines import joined
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks
+from warpvec.flat.strokes.joints import Shape
 from warpvec.flat.strokes.line_fitting import Line, Rows, fit_line
 from warpvec.geometry.forms.registry import form_of
 from warpvec.geometry.scene import over_white
@@ -93,7 +93,6 @@ def _lines_of(ink: Ink) -> tuple[list[DrawnLine], WideAreas]:
         [found.ends[k] for k in found.kept],
         found.kept,
         found.junctions,
-        bent_joint,
         LINES.length_min,
     )
     return dots + [_fitted_line(line, tree, lines.cap) for line in lines.lines], wide

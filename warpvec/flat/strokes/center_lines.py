@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.strokes.inner_disks import Boundary, Disks
+from warpvec.flat.strokes.joints import End, Shape, joint_of
 from warpvec.flat.strokes.line_fitting import Line, Rows
 from warpvec.flat.strokes.skeleton import Graph, graph_of
 from warpvec.flat.strokes.thinning import thinned
@@ -22,6 +24,9 @@ _CELLS = 10.0
 _CAP_STEP = 5.0
 """Degrees of a circle that are outline if one point of the outline lies there."""
 
+_Ends = tuple[int, int] | None
+"""The junctions at both ends of a branch, as in `Graph`."""
+
 
 class CenterLines(NamedTuple):
     """The lines of a component, and their caps."""
@@ -30,47 +35,17 @@ class CenterLines(NamedTuple):
     cap: int
 
 
-class Shape(NamedTuple):
-    """A component and what is known of it.
-
-    Attributes:
-        boundary: its outline.
-        tree: of the points of the outline.
-        centers: of its stroke [M, 2].
-        width: that of the stroke, in pixels, or the usual one.
-        widths: that of each branch of its skeleton [B]; None if they all have the ``width``.
-    """
-
-    boundary: Boundary
-    tree: cKDTree
-    centers: cKDTree
-    width: float
-    widths: Floats | None = None
-
-    def along(self, branch: int) -> Shape:
-        """Return the shape with the width of a ``branch``."""
-        return self if self.widths is None else self._replace(width=float(self.widths[branch]))
-
-    def is_inside(self, places: Floats) -> Mask:
-        """Return which ``places`` [K, 2] lie inside."""
-        _, nearest = self.tree.query(places)
-        away = places - self.boundary.points[nearest]
-        return (away * self.boundary.inward[nearest]).sum(1) > 0.0
-
-
 def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float) -> CenterLines | None:
     """Return the centre lines of a component; None if it has none."""
     shape = Shape(boundary, cKDTree(boundary.points), cKDTree(disks.centers[has_width]), width)
     graph, scale, origin = _skeleton(shape)
     places = [_snapped(shape, (branch[:, ::-1] + 0.5) / scale + origin, scale) for branch in graph.branches]
-    junctions = (graph.junctions[:, ::-1] + 0.5) / scale + origin
-    places = [_to_junction(own, ends, junctions) for own, ends in zip(places, graph.ends, strict=True)]
-    kept = [
-        k for k, ends in enumerate(graph.ends) if len(places[k]) > 1 and not _is_spur(shape, places[k], ends, junctions)
-    ]
+    ends, junctions = _merged(places, graph.ends, (graph.junctions[:, ::-1] + 0.5) / scale + origin)
+    places = [_to_junction(own, both, junctions) for own, both in zip(places, ends, strict=True)]
+    kept = [k for k, both in enumerate(ends) if len(places[k]) > 1 and not _is_spur(shape, places[k], both, junctions)]
     if not kept:
         return None
-    return joined(shape, places, [graph.ends[k] for k in kept], kept, junctions)
+    return joined(shape, places, [ends[k] for k in kept], kept, junctions)
 
 
 def _skeleton(shape: Shape) -> tuple[Graph, float, Floats]:
@@ -103,6 +78,23 @@ def going_on(found: Floats, gap_min: float) -> Floats:
         if gap >= (4.0 if is_back else 1.0) * gap_min:
             kept.append(place)
     return np.array(kept).reshape(-1, 2)
+
+
+def _merged(places: list[Floats], ends: list[_Ends], junctions: Floats) -> tuple[list[_Ends], Floats]:
+    """Return the ends of branches, and junctions [J, 2], of which those are one between which no line shows.
+
+    Where lines cross at a slant, or end beside each other, a skeleton has two junctions close together.
+    """
+    hidden = [
+        both for own, both in zip(places, ends, strict=True) if both is not None and min(both) >= 0 and len(own) < 2
+    ]
+    count = len(junctions)
+    first, second = np.array(hidden, np.int64).reshape(-1, 2).T
+    graph = sparse.coo_matrix((np.ones(len(hidden)), (first, second)), shape=(count, count))
+    merged_count, owner = csgraph.connected_components(graph, directed=False)
+    merged = np.array([junctions[owner == k].mean(0) for k in range(merged_count)]).reshape(-1, 2)
+    number = [*owner.tolist(), -1]  # the last is that of free ends
+    return [None if both is None else (number[both[0]], number[both[1]]) for both in ends], merged
 
 
 def _to_junction(places: Floats, ends: tuple[int, int] | None, junctions: Floats) -> Floats:
@@ -145,40 +137,17 @@ class _Meeting(NamedTuple):
     covered: float
 
 
-class End(NamedTuple):
-    """An end of a branch at a junction: the branch, whether it is its start, and the direction outwards [2]."""
-
-    branch: int
-    is_start: bool
-    out: Floats
-
-
-class Joint(NamedTuple):
-    """How the ends at a junction meet: pairs go on into each other, and each other one ends at a place [2]."""
-
-    pairs: list[tuple[End, End]]
-    singles: list[tuple[End, Floats]]
-
-
-def straight_joint(shape: Shape, places: list[Floats], meet: list[End], near: Floats) -> Joint:
-    """Return how the ends ``meet`` of branches go on at a junction ``near`` a place [2], if lines are straight."""
-    del shape
-    pairs = _pairs(meet)
-    paired = {(end.branch, end.is_start) for pair in pairs for end in pair}
-    place = meeting_place(places, meet, pairs, near)
-    return Joint(pairs, [(end, place) for end in meet if (end.branch, end.is_start) not in paired])
-
-
 def joined(
     shape: Shape,
     places: list[Floats],
     ends: list[tuple[int, int] | None],
     kept: list[int],
     junctions: Floats,
-    joint: Callable[[Shape, list[Floats], list[End], Floats], Joint] = straight_joint,
     length_min: float = STROKES.spur,
 ) -> CenterLines:
     """Join branches to lines through the junctions, and let the other ends meet there.
+
+    Points of lines that go on are added to the ``places`` of their branches.
 
     Args:
         shape: what the branches lie in.
@@ -186,7 +155,6 @@ def joined(
         ends: the junctions at the ends of each branch that is kept; as in `Graph`.
         kept: the branches that are lines.
         junctions: [J, 2] px.
-        joint: tells how the ends at a junction meet. It may add to the ``places`` of a branch.
         length_min: least length in widths of a line between others, unless it is the longest.
     """
     at: dict[int, list[End]] = {}
@@ -198,7 +166,7 @@ def joined(
     partner: dict[tuple[int, bool], tuple[int, bool]] = {}
     meeting: dict[tuple[int, bool], _Meeting] = {}
     for junction, meet in at.items():
-        pairs, singles = joint(shape, places, meet, junctions[junction])
+        pairs, singles = joint_of(shape, places, meet, junctions[junction])
         for a, b in pairs:
             partner[a.branch, a.is_start], partner[b.branch, b.is_start] = (
                 (b.branch, b.is_start),
@@ -241,53 +209,12 @@ def _direction(points: Floats, is_start: bool, reach: float) -> Floats:
     return out / max(float(np.linalg.norm(out)), 1e-9)
 
 
-def _pairs(meet: list[End]) -> list[tuple[End, End]]:
-    """Return the ends that go on into each other, the straightest first; two ends alone always do."""
-    if len(meet) == 2:
-        return [(meet[0], meet[1])]
-    least = -np.cos(np.radians(STROKES.through_degrees))
-    found = [(float(a.out @ b.out), i, j) for i, a in enumerate(meet) for j, b in enumerate(meet) if i < j]
-    pairs, used = [], set[int]()
-    for cosine, i, j in sorted(found):
-        if cosine <= least and not {i, j} & used:
-            pairs.append((meet[i], meet[j]))
-            used |= {i, j}
-    return pairs
-
-
-def _tip(places: list[Floats], end: End) -> Floats:
-    return places[end.branch][0 if end.is_start else -1]
-
-
-def meeting_place(places: list[Floats], meet: list[End], pairs: list[tuple[End, End]], near: Floats) -> Floats:
-    """Return where the ends of a junction meet: on the line that goes through, or nearest to all lines."""
-    single = [end for end in meet if not any(end is other for pair in pairs for other in pair)]
-    if pairs and single:
-        a, b = _tip(places, pairs[0][0]), _tip(places, pairs[0][1])
-        return _crossing(a, b - a, _tip(places, single[0]), single[0].out, near)
-    across = [np.eye(2) - np.outer(end.out, end.out) for end in meet]
-    matrix = np.sum(across, 0)
-    right = np.sum([each @ _tip(places, end) for each, end in zip(across, meet, strict=True)], 0)
-    if np.linalg.cond(matrix) > 1e4:
-        return near
-    found: Floats = np.linalg.solve(matrix, right)
-    return found
-
-
 def _covered(shape: Shape, end: End, others: list[End]) -> float:
     """Return how far ahead of a junction the other lines cover the straight way on from an ``end``, in pixels."""
     cosine = np.array([-(other.out @ end.out) for other in others])
     sine = np.sqrt(np.maximum(1.0 - np.square(cosine), 1e-6))
     widths = np.array([shape.along(other.branch).width for other in others])
     return float((widths / 2.0 / np.where(cosine > 0.0, sine, 1.0)).max(initial=0.0 if others else shape.width / 2.0))
-
-
-def _crossing(a: Floats, along: Floats, b: Floats, out: Floats, near: Floats) -> Floats:
-    matrix = np.stack([along, -out], 1)
-    if abs(np.linalg.det(matrix)) < 1e-3 * np.linalg.norm(along):
-        return near
-    found: Floats = a + np.linalg.solve(matrix, b - a)[0] * along
-    return found
 
 
 def _chains(

@@ -5,11 +5,55 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.simplification.outline_samples import cubic_points
-from warpvec.flat.strokes.center_lines import End, Joint, Shape, meeting_place
+from warpvec.flat.strokes.inner_disks import Boundary
+
+
+class Shape(NamedTuple):
+    """A component and what is known of it.
+
+    Attributes:
+        boundary: its outline.
+        tree: of the points of the outline.
+        centers: of its stroke [M, 2].
+        width: that of the stroke, in pixels, or the usual one.
+        widths: that of each branch of its skeleton [B]; None if they all have the ``width``.
+    """
+
+    boundary: Boundary
+    tree: cKDTree
+    centers: cKDTree
+    width: float
+    widths: Floats | None = None
+
+    def along(self, branch: int) -> Shape:
+        """Return the shape with the width of a ``branch``."""
+        return self if self.widths is None else self._replace(width=float(self.widths[branch]))
+
+    def is_inside(self, places: Floats) -> Mask:
+        """Return which ``places`` [K, 2] lie inside."""
+        _, nearest = self.tree.query(places)
+        away = places - self.boundary.points[nearest]
+        return (away * self.boundary.inward[nearest]).sum(1) > 0.0
+
+
+class End(NamedTuple):
+    """An end of a branch at a junction: the branch, whether it is its start, and the direction outwards [2]."""
+
+    branch: int
+    is_start: bool
+    out: Floats
+
+
+class Joint(NamedTuple):
+    """How the ends at a junction meet: pairs go on into each other, and each other one ends at a place [2]."""
+
+    pairs: list[tuple[End, End]]
+    singles: list[tuple[End, Floats]]
 
 
 class _Arm(NamedTuple):
@@ -32,7 +76,7 @@ class _Arm(NamedTuple):
         return self.points[0]
 
 
-def bent_joint(shape: Shape, places: list[Floats], meet: list[End], near: Floats) -> Joint:
+def joint_of(shape: Shape, places: list[Floats], meet: list[End], near: Floats) -> Joint:
     """Return how the ends ``meet`` of branches go on at a junction ``near`` a place [2].
 
     Two ends are one line if an arc as bent as they are leads from one to the other. The points of the arc are added to
@@ -48,7 +92,7 @@ def bent_joint(shape: Shape, places: list[Floats], meet: list[End], near: Floats
     ]
     singles = []
     if rest:
-        common = meeting_place(places, [arm.end._replace(out=arm.out) for arm in rest], [], near)
+        common = _common_place(rest, near)
         if len(rest) < 2 or np.linalg.norm(common - near) > LINES.meeting_far * shape.width:
             common = near
         singles = [(arm.end, _ending(arm, through, near, common)) for arm in rest]
@@ -56,6 +100,16 @@ def bent_joint(shape: Shape, places: list[Floats], meet: list[End], near: Floats
         own = places[a.end.branch]
         places[a.end.branch] = np.concatenate([bridge[::-1], own] if a.end.is_start else [own, bridge])
     return Joint([(a.end, b.end) for a, b in pairs], singles)
+
+
+def _common_place(arms: list[_Arm], near: Floats) -> Floats:
+    """Return the place nearest to the lines of ``arms`` as they go straight on; ``near`` if they are parallel."""
+    across = [np.eye(2) - np.outer(arm.out, arm.out) for arm in arms]
+    matrix = np.sum(across, 0)
+    if np.linalg.cond(matrix) > 1e4:
+        return near
+    found: Floats = np.linalg.solve(matrix, np.sum([each @ arm.tip for each, arm in zip(across, arms, strict=True)], 0))
+    return found
 
 
 def _arm(shape: Shape, places: list[Floats], end: End) -> _Arm:
