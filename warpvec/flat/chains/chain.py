@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.chains.parts import unit
@@ -31,6 +33,30 @@ CORNER_DEGREES = 12.0
 """Turn at a node of curves from which it surely is a corner. Fitted curves turn by less where the picture is smooth."""
 
 
+HIDDEN = 0.02
+"""Factor of the weight of distances where other strokes cover both edges of a centre line: nothing shows it there."""
+
+
+class Cover(NamedTuple):
+    """The other strokes of a path.
+
+    Attributes:
+        tree: of points along their centre lines, at most about a pixel apart.
+        reach: half of their width in pixels.
+        half: half of the width of the stroke that they may cover.
+    """
+
+    tree: cKDTree
+    reach: float
+    half: float
+
+    def hides(self, points: Floats, along: Floats) -> Mask:
+        """Return where on a centre line both edges lie under other strokes: at ``points`` [K, 2], by its direction."""
+        across = self.half * np.stack([-along[:, 1], along[:, 0]], 1)
+        found: Mask = np.maximum(*(self.tree.query(points + side * across)[0] for side in (-1.0, 1.0))) < self.reach
+        return found
+
+
 @dataclass(frozen=True, eq=False)
 class Chain:
     """K points along curves that follow one another.
@@ -46,6 +72,7 @@ class Chain:
         is_closed: whether the chain is closed.
         firm: boxes [B, 2, 2], least and greatest coordinates, in which it must be kept better.
         weights: how well it must be kept between its points [K - 1].
+        cover: the strokes that cover some of it; None for none.
     """
 
     curves: Floats
@@ -60,10 +87,14 @@ class Chain:
     is_closed: bool
     firm: Floats
     weights: Floats
+    cover: Cover | None = None
 
     @staticmethod
-    def of(curves: Floats, is_closed: bool, firm: Floats | None = None) -> Chain:
-        """Return the chain of ``curves`` [S, 4, 2], which must be kept better in the boxes ``firm`` [B, 2, 2]."""
+    def of(curves: Floats, is_closed: bool, firm: Floats | None = None, cover: Cover | None = None) -> Chain:
+        """Return the chain of ``curves`` [S, 4, 2], which must be kept better in the boxes ``firm`` [B, 2, 2].
+
+        What its ``cover`` hides has no corners, and must hardly be kept.
+        """
         length = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
         step = max(STEP, float(length.sum()) / POINTS_MAX)
         counts = np.maximum(np.ceil(length / step).astype(np.int64), CURVE_POINTS_MIN)
@@ -79,16 +110,20 @@ class Chain:
         if is_closed:
             before[0], after[-1] = before[-1], after[0]
         is_corner = angle_between(before, after) > CORNER_DEGREES
-        is_corner[[0, -1]] |= not is_closed
         firm = np.zeros((0, 2, 2)) if firm is None else firm
+        weights = _weights(middles, firm)
+        if cover is not None:
+            is_corner &= ~cover.hides(points, unit(before + after))
+            weights[cover.hides(middles, unit(points[1:] - points[:-1]))] *= HIDDEN
+        is_corner[[0, -1]] |= not is_closed
         return Chain(
             curves, points, middles, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), before, after, is_corner, curve,
-            parameters, is_closed, firm, _weights(middles, firm),
+            parameters, is_closed, firm, weights, cover,
         )  # fmt: skip
 
     def firmer_in(self, boxes: Floats) -> Chain:
         """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
-        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]))
+        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover)
 
     @property
     def along(self) -> Floats:
@@ -132,10 +167,10 @@ class Chain:
             return self
         curve, t = int(self.curve[point]), float(self.parameters[point, 0])
         if t == 0.0:
-            return Chain.of(np.roll(self.curves, -curve, axis=0), True, self.firm)
+            return Chain.of(np.roll(self.curves, -curve, axis=0), True, self.firm, self.cover)
         first, second = between(self.curves[[curve, curve]], np.array([0.0, t]), np.array([t, 1.0]))
         rest = [*self.curves[curve + 1 :], *self.curves[:curve]]
-        return Chain.of(np.stack([second, *rest, first]), True, self.firm)
+        return Chain.of(np.stack([second, *rest, first]), True, self.firm, self.cover)
 
 
 def _weights(points: Floats, boxes: Floats) -> Floats:

@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.config.fit_config import FitConfig
-from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.chain import Chain, Cover
 from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
 from warpvec.flat.chains.grid import HANDLE_ERROR, RADIUS_MIN, Grid, grid_of, hold_grid, on_grid
@@ -127,8 +128,8 @@ def _widths_of(scene: Scene) -> Floats:
     """Return the width of the stroke of each loop [L], 0 for outlines."""
     if scene.strokes is None:
         return np.zeros(scene.structure.loop_count)
-    of_paths = scene.strokes.width.double().numpy()
-    return np.repeat(of_paths, scene.structure.path_first_loop.diff().numpy())
+    widths: Floats = scene.strokes.width.double().numpy()[_owners(scene)]
+    return widths
 
 
 def shares_of(old: Scene, new: Scene) -> Floats:
@@ -183,7 +184,24 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
         curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > 1e-6]
         if not is_form and 0 < len(curves) <= CURVES_MAX and not _are_ellipse(curves):
             found[loop] = Chain.of(curves, not is_open)
-    return found
+    return {loop: _covered(loop, found, scene) for loop in found}
+
+
+def _covered(loop: int, chains: dict[int, Chain], scene: Scene) -> Chain:
+    """Return the chain of a ``loop`` with the other strokes of its path as its cover."""
+    chain, owner = chains[loop], _owners(scene)
+    paint = list(map(tuple, scene.color[owner].tolist()))
+    others = [each.dense for other, each in chains.items() if other != loop and paint[other] == paint[loop]]
+    if scene.strokes is None or not others or float(scene.strokes.width[owner[loop]]) == 0.0:
+        return chain
+    half = float(scene.strokes.width[owner[loop]]) / 2.0
+    return Chain.of(chain.curves, chain.is_closed, chain.firm, Cover(cKDTree(np.concatenate(others)), half, half))
+
+
+def _owners(scene: Scene) -> Integers:
+    """Return the path of each loop [L]."""
+    first = scene.structure.path_first_loop.long()
+    return np.repeat(np.arange(len(scene)), first.diff().numpy())
 
 
 def _are_ellipse(curves: Floats) -> bool:

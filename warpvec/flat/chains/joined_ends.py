@@ -121,7 +121,7 @@ def _with_end(chain: Chain, side: int, place: Floats) -> Chain:
     curve[own] = place
     if is_straight:
         curve[1:3] = curve[0] + (curve[3] - curve[0]) * np.array([[1.0], [2.0]]) / 3.0
-    return Chain.of(curves, False, chain.firm)
+    return Chain.of(curves, False, chain.firm, chain.cover)
 
 
 def _cross(u: Floats, v: Floats) -> Floats:
