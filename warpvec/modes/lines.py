@@ -42,7 +42,9 @@ class Lines:
         def draw(detail: float) -> Drawing:
             tolerance = None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail
             tracing = _traced(request, tolerance, detail)
-            lines = with_fewer_pens(tracing.lines + _dots(request), request.settings.pens)
+            apart = request.thin_lines
+            dashes = [] if apart is None else [dash for line in apart.dashed for dash in line]
+            lines = with_fewer_pens(tracing.lines + dashes + _dots(request), request.settings.pens)
             tracing = replace(tracing, lines=lines)
             if not tracing.lines:
                 raise InputError("IN", "must have lines darker than their paper", "none", "look at the picture")
