@@ -170,8 +170,17 @@ def _look(usual: list[Mark], steps: Floats) -> Look:
 
     looks = [_usual_look(usual, color, cap) for color in [*some, peak] for cap in (BUTT, ROUND)]
     color = min(looks, key=misfit).color
-    looks = [_usual_look(usual, color, cap) for cap in (BUTT, ROUND)]
-    return min((_with_best_length(look, misfit) for look in looks), key=misfit)
+    flat, rounded = (_with_best_length(_usual_look(usual, color, cap), misfit) for cap in (BUTT, ROUND))
+    # Of thin dashes nobody can tell the ends.
+    is_round = misfit(rounded) < (1.0 - THIN_LINES.alike) * misfit(flat)
+    return _drawn_width(rounded if is_round else flat, usual)
+
+
+def _drawn_width(look: Look, marks: list[Mark]) -> Look:
+    """Return ``look`` with the width by which renderers draw thin lines: as opaque as wide in rows or columns."""
+    share = float(np.mean([np.abs(mark.along).max() for mark in marks]))
+    across = look.width / share
+    return look._replace(width=min(across, 1.0)) if across <= 1.0 + THIN_LINES.explained else look
 
 
 def _usual_look(marks: list[Mark], color: Floats, cap: int) -> Look:
