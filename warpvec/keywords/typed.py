@@ -166,6 +166,8 @@ class Keywords(TypedDict, total=False):
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool
     """Write paths only, no circles, ellipses or rectangles."""
+    no_dashes: bool
+    """Write each dash of a dashed line as a line, for cutters and pens."""
     dxf_splines: bool
     """DXF: write curves as splines, not as arcs."""
     dxf_strokes: Literal["auto", "edges", "center"]

@@ -125,12 +125,17 @@ def _straight(centers: Floats, lengths: Floats) -> Floats | None:
     if np.abs(along).min() * np.linalg.norm(centers[-1] - centers[0]) <= 2.0 * PRECISION:
         along = np.rint(along)
     at = (centers - middle) @ along
-    # Dashes of one length have one distance.
-    number = np.arange(len(at))
-    same = np.flatnonzero(np.abs(lengths - np.median(lengths)) < 1e-9)
-    step, start = np.polyfit(number[same], at[same], 1)
-    at = np.where(np.isin(number, same) | (np.abs(at - start - step * number) <= 2.0 * EDGE), start + step * number, at)
-    ends = at[:, None] + lengths[:, None] * np.array([-0.5, 0.5])
+    # Dashes of one length have one distance, and a cut one at an end begins or ends where a whole one would.
+    number, whole = np.arange(len(at)), lengths.max()
+    is_whole = whole - lengths < 1e-9
+    step, start = np.polyfit(number[is_whole], at[is_whole], 1)
+    usual = start + step * number
+    is_usual = is_whole | (np.abs(at - usual) <= 2.0 * EDGE)
+    ends = np.where(is_usual, usual, at)[:, None] + lengths[:, None] * np.array([-0.5, 0.5])
+    for row, beside, side in ((0, 1, 1), (-1, -2, 0)):
+        if not is_whole[row] and is_whole[beside]:
+            ends[row, 1 - side] = at[row] - lengths[row] * (side - 0.5)
+            ends[row, side] = usual[row] + whole * (side - 0.5)
     return np.asarray(middle + ends[..., None] * along)
 
 
