@@ -172,7 +172,7 @@ def _is_black(color: Floats) -> bool:
 
 
 def with_pens_of(lines: list[DrawnLine], apart: list[DrawnLine]) -> list[DrawnLine]:
-    """Return ``apart``, dots and dashes whose ink was told by itself, in the colours of the pens that drew ``lines``."""
+    """Return the dots and dashes ``apart``, whose ink was told by itself, in the colours of the pens of ``lines``."""
     pens = list(dict.fromkeys(line.color for line in lines))
     if not pens:
         return apart
