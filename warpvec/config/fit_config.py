@@ -229,6 +229,12 @@ class CoreSettings:
     )  # fmt: skip
     """Largest number of colours of lines; 0 for those of the picture."""
 
+    smooth_pixels: bool = setting(
+        False, Flag(), "Pixels: draw the curves that pixel art and bitmap fonts mean.", KIND,
+        modes=("pixel",), is_binding=True,
+    )  # fmt: skip
+    """Draw pixel art as the curves that its pixels mean, in place of exact squares."""
+
     as_is: bool = setting(
         False,
         Flag(),

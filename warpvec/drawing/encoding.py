@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from warpvec.config.fit_config import FitConfig
 from warpvec.config.stated import stated_settings
 from warpvec.drawing.arc_rounding import with_arcs
+from warpvec.drawing.dash_rounding import with_dashes
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
@@ -164,6 +165,8 @@ class Encoding:
                 segments = torch.where(stays[:, None, None], scene.segments, rounded.segments)
                 rounded = replace(rounded, segments=segments)
             scene = with_arcs(rounded, self.precision, min(across, down))
+            if self._has_dashes:
+                scene = with_dashes(scene, self.precision, min(across, down))
         rounded = quantize(scene, self.precision).scaled(1.0 / across, 1.0 / down)
         if self.simplify is None:
             return rounded
@@ -181,6 +184,11 @@ class Encoding:
         """The file's units per pixel of the picture, across and down."""
         rows, columns = self.size
         return columns / self.picture.width, rows / self.picture.height
+
+    @property
+    def _has_dashes(self) -> bool:
+        """Whether the file states dashed lines as such. Other programs than browsers may not draw them."""
+        return self._purpose == WEB and not self.is_minified and not self.options.no_dashes
 
     @property
     def grid_step(self) -> tuple[float, float] | None:
@@ -217,7 +225,7 @@ class Encoding:
         return write_svg(
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
             sides=self.options.sides(picture.width, picture.height) or self.sides, layer_names=self.layer_names,
-            has_arcs=purpose.has_arcs, profile=purpose.profile,
+            has_arcs=purpose.has_arcs, has_dashes=self._has_dashes, profile=purpose.profile,
         )  # fmt: skip
 
     def least_text(self) -> str:

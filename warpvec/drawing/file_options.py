@@ -54,6 +54,10 @@ class FileOptions:
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool = setting(False, Flag(), "Write paths only, no circles, ellipses or rectangles.", RESULT)
     """Write paths in place of forms, for programs that read nothing else."""
+    no_dashes: bool = setting(
+        False, Flag(), "Write each dash of a dashed line as a line, for cutters and pens.", RESULT
+    )
+    """Write each dash of a straight dashed line as a line, in place of one line with a ``stroke-dasharray``."""
     no_metadata: bool = setting(False, Flag(), "Leave the settings (1 KB) out of the file.", RESULT)
     """Leave the settings of the fit, about 1 KB, out of the file."""
 

@@ -15,8 +15,8 @@ from scipy.spatial.distance import squareform
 
 from warpvec.drawing.drawing import Drawing
 from warpvec.errors import InputError
+from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.structure import Structure
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
 
@@ -89,18 +89,8 @@ def _parted(scene: Scene, part: Integers) -> tuple[Scene, Integers]:
     for path, (start, stop) in enumerate(pairwise(structure.path_first_loop.tolist())):
         own = part[start:stop]
         groups += [(path, number, start + np.flatnonzero(own == number)) for number in np.unique(own)]
-    sizes = structure.loop_first_segment.diff().tolist()
-    rows, lines = torch.split(scene.segments, sizes), torch.split(structure.lines, sizes)
-    order = np.concatenate([loops for _, _, loops in groups]).tolist()
-    is_open = None if structure.is_open is None else structure.is_open[order]
-    is_line = torch.cat([lines[loop] for loop in order])
-    counts = [[sizes[loop] for loop in loops] for _, _, loops in groups]
-    chosen = scene.select(torch.tensor([path for path, _, _ in groups]))
-    parted = replace(
-        replace(chosen, forms=None), structure=Structure.of_loops(counts, is_line, is_open),
-        segments=torch.cat([rows[loop] for loop in order]),
-    )  # fmt: skip
-    return parted.with_forms(chosen.forms), np.array([number for _, number, _ in groups])
+    parted = regrouped(scene, [path for path, _, _ in groups], [loops.tolist() for _, _, loops in groups])
+    return parted, np.array([number for _, number, _ in groups])
 
 
 def _text(drawing: Drawing, scene: Scene, width: int, height: int) -> str:

@@ -34,6 +34,8 @@ class Keywords(TypedDict, total=False):
     """Lines: width of all strokes in pixels, or auto (as in the picture)."""
     pens: int
     """Lines: most pens, each of a colour; 0 for as many as the picture has."""
+    smooth_pixels: bool
+    """Pixels: draw the curves that pixel art and bitmap fonts mean."""
     as_is: bool
     """Drawings: do not undo an enlargement or uneven light."""
     blur: float | str
@@ -168,6 +170,8 @@ class Keywords(TypedDict, total=False):
     """Cut the paths off at the edges of the canvas."""
     plain_paths: bool
     """Write paths only, no circles, ellipses or rectangles."""
+    no_dashes: bool
+    """Write each dash of a dashed line as a line, for cutters and pens."""
     dxf_splines: bool
     """DXF: write curves as splines, not as arcs."""
     dxf_strokes: Literal["auto", "edges", "center"]

@@ -18,7 +18,7 @@ from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.lines.dots import dot
 from warpvec.flat.lines.line import DrawnLine, scene_of
 from warpvec.flat.lines.pen_travel import ordered, pen_travel
-from warpvec.flat.lines.pens import find_pens, with_fewer_pens
+from warpvec.flat.lines.pens import find_pens, with_fewer_pens, with_pens_of
 from warpvec.flat.lines.tracing import LineTracing, trace_lines
 from warpvec.flat.lines.widths import by_width
 from warpvec.modes.flat import drawn, reduced_settings
@@ -42,7 +42,10 @@ class Lines:
         def draw(detail: float) -> Drawing:
             tolerance = None if detail == FitConfig.detail else CURVES.tolerance * detail / FitConfig.detail
             tracing = _traced(request, tolerance, detail)
-            lines = with_fewer_pens(tracing.lines + _dots(request), request.settings.pens)
+            apart = request.thin_lines
+            dashes = [] if apart is None else [dash for line in apart.dashed for dash in line]
+            marks = with_pens_of(tracing.lines, dashes + _dots(request))
+            lines = with_fewer_pens(tracing.lines + marks, request.settings.pens)
             tracing = replace(tracing, lines=lines)
             if not tracing.lines:
                 raise InputError("IN", "must have lines darker than their paper", "none", "look at the picture")

@@ -9,6 +9,7 @@ from warpvec.errors import InputError
 from warpvec.flat.constants.pixels import PIXELS
 from warpvec.flat.pixels.cells import find_cells
 from warpvec.flat.pixels.outlines import scene_of_cells
+from warpvec.flat.pixels.smooth import smooth_scene
 from warpvec.modes.flat import finished
 from warpvec.modes.request import Request
 
@@ -27,7 +28,7 @@ class Pixel:
     tolerance: int = 0
 
     def draw(self, request: Request) -> Drawing:
-        """Return the drawing of the pixels. A goal changes nothing: there is one exact drawing.
+        """Return the drawing of the pixels, or of the curves that they mean. A goal changes nothing.
 
         Raises:
             InputError: the picture has too many pixels.
@@ -37,5 +38,6 @@ class Pixel:
             size = f"{reduced.shape[1]} x {reduced.shape[0]} pixels"
             raise InputError("image", f"must have at most {CELLS_MAX} pixels in the mode pixel", size, "reduce it")
         cells = find_cells(reduced, self.tolerance, settings.colors or PIXELS.colors_max)
-        scene = scene_of_cells(cells, is_opaque=reduced.shape[2] == 3)
+        scene_of = smooth_scene if settings.smooth_pixels else scene_of_cells
+        scene = scene_of(cells, is_opaque=reduced.shape[2] == 3)
         return finished(request, scene, settings.detail, {})

@@ -124,8 +124,9 @@ class Refine:
         """
         options = request.encoding.options
         drops_metadata = options.no_metadata and "<metadata" in read_text(self.data)
-        is_opaque = request.settings.opacity == "opaque"
-        return options.trim or options.plain_paths or options.size is not None or drops_metadata or is_opaque
+        drops_dashes = options.no_dashes and "stroke-dasharray" in read_text(self.data)
+        is_other = drops_metadata or drops_dashes or request.settings.opacity == "opaque"
+        return options.trim or options.plain_paths or options.size is not None or is_other
 
 
 def keeps_structure(config: FitConfig, start: Scene, goal: Goal) -> bool:

@@ -24,6 +24,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT, MITER_LIMIT_MAX
 from warpvec.svg.blurs import read_blur
+from warpvec.svg.dashes import read_dashes
 from warpvec.svg.document import layer_level, local_name, parse_svg, read_text
 from warpvec.svg.form_elements import FORM_ATTRIBUTES, FORM_ELEMENTS, form_decimals, read_form
 from warpvec.svg.path_data import OWN_NUMBER, decimals_of, is_own_data, read_loops, with_points
@@ -190,7 +191,8 @@ def _own_path(path: Element, generation: int, opacity: str) -> _OwnPath:
     name = local_name(path.tag)
     _expect(name in _SHAPES and len(path) == 0)
     if "stroke" in path.attrib:
-        own = ("id", "fill", "stroke", "stroke-opacity", "filter", *_OWN_STROKE, *_OWN_ATTRIBUTES[name])
+        dashed = ("stroke-dasharray",) if name == "path" else ()
+        own = ("id", "fill", "stroke", "stroke-opacity", "filter", *_OWN_STROKE, *dashed, *_OWN_ATTRIBUTES[name])
         _expect_attributes(path, own)
         _expect(path.get("fill") == "none")
         return _OwnPath(path, generation, path.get("stroke-opacity", "1"))
@@ -256,6 +258,11 @@ def _with_one_opacity(path: _OwnPath, gradient: OutlineGradient) -> tuple[_OwnPa
 def _own_loops(path: _OwnPath, color: Color, decimals: int) -> Outline:
     """Return the outline of a path without its gradient and stroke."""
     loops = read_loops(_own_data(path.element), decimals)
+    if "stroke-dasharray" in path.element.attrib:
+        dashes = read_dashes(loops, path.element.get("stroke-dasharray", ""), decimals)
+        if dashes is None:
+            raise _NotOurs
+        loops = dashes
     _expect(all(bool((np.abs(loop.ticks) < MAX_TICKS).all()) for loop in loops))
     points = np.concatenate([loop.ticks.reshape(-1, 2) for loop in loops]) / 10**decimals
     is_line = np.concatenate([loop.is_line for loop in loops])
@@ -331,6 +338,7 @@ def _own_decimals(path: Element) -> int:
     """Return the most decimals of a path's numbers; the width of a stroke has some in files of whole numbers too."""
     of_width = decimals_of(path.get("stroke-width", ""))
     own = decimals_of(_own_data(path)) if local_name(path.tag) == "path" else form_decimals(path.attrib)
+    own = max(own, decimals_of(path.get("stroke-dasharray", "")))
     return max(own, of_width if of_width > MIN_WIDTH_DECIMALS else 0)
 
 

@@ -85,4 +85,17 @@ def _known_attributes(element: str, attributes: dict[str, str]) -> str:
     reference = next((attributes[name].strip() for name in _REFERENCES if name in attributes), "")
     if element in _GRADIENTS and reference.startswith("#"):
         known["template"] = reference
+    if "stroke-dasharray" in known and element == "path":
+        known |= _without_dashes(known)
     return "".join(f" {name}={quoteattr(value)}" for name, value in known.items())
+
+
+def _without_dashes(attributes: dict[str, str]) -> dict[str, str]:
+    """Return the attributes that say each dash of a line of warpvec's own files; none for other files.
+
+    The page edits lines, and has no dashes.
+    """
+    from warpvec.svg.dashes import plain_data  # not above: few files have dashes
+
+    data = plain_data(attributes.get("d", ""), attributes["stroke-dasharray"])
+    return {} if data is None else {"d": data, "stroke-dasharray": "none"}

@@ -22,8 +22,9 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.stops import STOPS_MAX
 from warpvec.geometry.strokes import BUTT, CAPS, JOINS, MITER, MITER_LIMIT
 from warpvec.svg.blurs import blurs_of
+from warpvec.svg.dashes import dashes_of, paths_of_lines
 from warpvec.svg.form_elements import Shape, form_shapes
-from warpvec.svg.path_data import Loop, format_curves, format_number, format_path
+from warpvec.svg.path_data import Loop, decimals_of, format_curves, format_number, format_path
 from warpvec.svg.quantize import (
     COLOR_LEVELS,
     GRADIENT_DECIMALS,
@@ -54,6 +55,7 @@ def write_svg(
     sides: tuple[str, str] | None = None,
     layer_names: Mapping[int, str] | None = None,
     has_arcs: bool = True,
+    has_dashes: bool = False,
     profile: str = "",
 ) -> str:
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
@@ -64,7 +66,8 @@ def write_svg(
     path to the segment count of another. Gradients stand before the background.
     ``metadata`` is stored as JSON with the version of warpvec; None leaves out that element. ``sides`` are the
     attributes width and height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name
-    must not occur twice. Without ``has_arcs`` arcs are stated as cubics. ``profile`` are more attributes of the root,
+    must not occur twice. Without ``has_arcs`` arcs are stated as cubics. With ``has_dashes`` equal lines that
+    follow each other on one line are a dashed line. ``profile`` are more attributes of the root,
     with a space before each. The text depends on the arguments alone: it has no dates and no file paths.
 
     Raises:
@@ -73,7 +76,7 @@ def write_svg(
     scene = quantize(scene, precision).cpu()
     looks, definitions = looks_of(scene, precision)
     sides = sides or (str(width), str(height))
-    elements = list(map(shape_element, looks, shapes_of(scene, precision, has_arcs)))
+    elements = list(map(shape_element, looks, shapes_of(scene, precision, has_arcs, has_dashes)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -204,15 +207,34 @@ def _stroke_attributes(width: int, cap: int, join: int, limit: int, decimals: in
     return text + ("" if limit == usual else f' stroke-miterlimit="{format_number(limit, MITER_DECIMALS)}"')
 
 
-def shapes_of(scene: Scene, precision: int, has_arcs: bool = True) -> list[Shape]:
-    """Return the shape of each path: its form, or the data of its outline."""
-    if scene.forms is None:
+def shapes_of(scene: Scene, precision: int, has_arcs: bool = True, has_dashes: bool = False) -> list[Shape]:
+    """Return the shape of each path: its form, a dashed line, or the data of its outline."""
+    shapes = _dashed_shapes(scene, precision) if has_dashes else {}
+    if scene.forms is None and not shapes:
         return list(map(path_shape, path_data(scene, precision, has_arcs)))
-    shapes = form_shapes(scene.forms, precision)
-    outlines = (~scene.forms.is_form).nonzero().flatten()
+    shapes |= {} if scene.forms is None else form_shapes(scene.forms, precision)
+    outlines = torch.tensor([path for path in range(len(scene)) if path not in shapes], dtype=torch.int64)
     data = path_data(scene.select(outlines), precision, has_arcs)
     shapes |= {path: path_shape(each) for path, each in zip(outlines.tolist(), data, strict=True)}
     return [shapes[path] for path in range(len(scene))]
+
+
+def _dashed_shapes(scene: Scene, precision: int) -> dict[int, Shape]:
+    """Return the shape of each path that is a dashed line: a line, and the lengths of its dashes and gaps.
+
+    Whose numbers have fewer decimals than the file is left out, unless a reader with so many finds the same dashes.
+    """
+    shapes = {}
+    for path, rows in paths_of_lines(scene).items():
+        dashes = dashes_of(ticks_of(scene.segments[rows, 0], 10**precision).numpy().reshape(-1, 2, 2))
+        if dashes is not None:
+            ends = np.repeat(np.stack([dashes.start, dashes.end])[:, None], 3, 1)
+            data = format_path([Loop(ends, np.array([True, True]), is_open=True)], precision)
+            array = " ".join(format_number(length, precision) for length in dashes.lengths)
+            is_level = bool((dashes.start == dashes.end).any())
+            if is_level or max(map(decimals_of, (data, array))) == precision:
+                shapes[path] = Shape("path", f' stroke-dasharray="{array}" d="{data}"')
+    return shapes
 
 
 def path_shape(data: str) -> Shape:

@@ -7,7 +7,9 @@ import pytest
 from line_pictures import picture
 
 import warpvec
-from warpvec.flat.lines.pens import find_pens
+from warpvec.flat.lines.line import DrawnLine
+from warpvec.flat.lines.pens import find_pens, with_pens_of
+from warpvec.flat.strokes.line_fitting import Rows
 
 METRO = """<g stroke-width="5"><path stroke="#e2001a" d="M10 30H70L118 78"/><path stroke="#0065ae" d="M30 10V118"/>
 <path stroke="#ffd200" d="M10 100C60 100 60 50 118 50"/><path stroke="#8fd3f4" d="M60 118L100 10"/></g>"""
@@ -49,3 +51,15 @@ def test_pens_come_in_painting_order() -> None:
 def test_black_lines_of_any_width_have_no_pens() -> None:
     assert not find_pens(picture('<path d="M10 20H118" stroke-width="4"/><path d="M10 60L118 70" stroke-width=".6"/>'))
     assert not find_pens(np.random.default_rng(1).random((64, 64, 3), np.float32))
+
+
+def test_dots_and_dashes_have_the_colours_of_the_pens_that_drew_the_lines() -> None:
+    rows = Rows(np.zeros((2, 3, 2)), np.array([True, True]), True)
+
+    def drawn(*colors: tuple[float, float, float]) -> list[DrawnLine]:
+        return [DrawnLine(rows, 2.0, color=color) for color in colors]
+
+    gray, red, pink, blue = (0.27, 0.27, 0.27), (0.8, 0.1, 0.1), (0.79, 0.12, 0.1), (0.1, 0.2, 0.9)
+    assert [line.color for line in with_pens_of(drawn((0.0, 0.0, 0.0)), drawn(gray))] == [(0.0, 0.0, 0.0)]
+    assert [line.color for line in with_pens_of(drawn(red), drawn(pink, blue))] == [red, blue]
+    assert [line.color for line in with_pens_of([], drawn(gray))] == [gray]

@@ -31,8 +31,8 @@ from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.outline_samples import cubic_points, segment_loops
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.quarter import QUARTER_HANDLE
+from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.structure import Structure
 from warpvec.polish.polish import polish
 from warpvec.svg.arcs import are_arcs
 from warpvec.watch.watch import Watch
@@ -296,11 +296,6 @@ def _has_size(rows: Floats, is_closed: bool) -> bool:
 
 def with_rows(scene: Scene, loops: dict[int, _LoopRows]) -> Scene:
     """Return ``scene`` with other rows [S, 3, 2] for some loops, of which some are lines [S]."""
-    structure = scene.structure
-    sizes = structure.loop_first_segment.diff().tolist()
-    rows, lines = (list(torch.split(values, sizes)) for values in (scene.segments, structure.lines))
-    for loop, (segments, is_line) in loops.items():
-        rows[loop], lines[loop] = torch.from_numpy(segments).to(scene.segments), torch.from_numpy(is_line)
-    counts = [[len(each) for each in rows[a:b]] for a, b in pairwise(structure.path_first_loop.tolist())]
-    parted = Structure.of_loops(counts, torch.cat(lines), structure.is_open)
-    return replace(scene, segments=torch.cat(rows), structure=parted, forms=None).with_forms(scene.forms)
+    own = [list(range(start, stop)) for start, stop in pairwise(scene.structure.path_first_loop.tolist())]
+    changed = {loop: (torch.from_numpy(rows), torch.from_numpy(is_line)) for loop, (rows, is_line) in loops.items()}
+    return regrouped(scene, range(len(scene)), own, changed)

@@ -73,6 +73,15 @@ class ThinLineConstants:
     explained: float = 0.08
     """Largest share of the contrast of a line that its pixels may be off on plain paper: renderers differ by that."""
 
+    dash_max: int = 64
+    """Longest side in pixels of a dash."""
+
+    dash_width_max: float = 6.0
+    """Largest width in pixels of a dash: wider ones are shapes, and their outlines are good."""
+
+    dashes_min: int = 5
+    """Fewest dashes of a dashed line that no other one is like: so many equal steps are no chance."""
+
     speck_area: int = 3
     """Most pixels of what is left of the end of a line."""
 

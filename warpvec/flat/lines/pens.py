@@ -33,8 +33,7 @@ def find_pens(image: NDArray[Any]) -> list[Pen]:
     paper = _paper(pixels)
     strength = np.linalg.norm(_oklab(pixels) - to_oklab(paper[None]), axis=2)
     colors = _colors(pixels, paper, strength)
-    is_black = len(colors) == 1 and _chroma(colors[0]) < DRAWING.gray_chroma and colors[0].max() < LINES.black_max
-    if not len(colors) or is_black or len(colors) > LINES.pens_max:
+    if not len(colors) or (len(colors) == 1 and _is_black(colors[0])) or len(colors) > LINES.pens_max:
         return []
     owner, share, off = _shares(pixels, paper, colors)
     is_ink = strength > LINES.ink_distance
@@ -165,6 +164,24 @@ def _painting_order(own: list[Floats], whole: list[Floats]) -> list[int]:
     """Return the pens from bottom to top: a pen lies above those that go on below it."""
     above = np.array([[float((own[j] * (whole[k] - own[k])).sum()) for k in range(len(own))] for j in range(len(own))])
     return np.argsort((above - above.T).sum(1), kind="stable").tolist()
+
+
+def _is_black(color: Floats) -> bool:
+    """Return whether a pen of ``color`` [3] draws as black ink."""
+    return _chroma(color) < DRAWING.gray_chroma and bool(color.max() < LINES.black_max)
+
+
+def with_pens_of(lines: list[DrawnLine], apart: list[DrawnLine]) -> list[DrawnLine]:
+    """Return the dots and dashes ``apart``, whose ink was told by itself, in the colours of the pens of ``lines``."""
+    pens = list(dict.fromkeys(line.color for line in lines))
+    if not pens:
+        return apart
+    colors = {line.color: line.color for line in apart}
+    for color in colors:
+        away = np.linalg.norm(to_oklab(np.array(pens)) - to_oklab(np.array([color])), axis=1)
+        is_same = away.min() <= LINES.pen_distance or (not any(map(any, pens)) and _is_black(np.array(color)))
+        colors[color] = pens[int(away.argmin())] if is_same else color
+    return [replace(line, color=colors[line.color]) for line in apart]
 
 
 def with_fewer_pens(lines: list[DrawnLine], count_max: int) -> list[DrawnLine]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -40,13 +42,21 @@ def scene_of_cells(cells: Cells, is_opaque: bool) -> Scene:
     )
 
 
-def rectilinear_loops(mask: Mask) -> list[Integers]:
+class Touching(NamedTuple):
+    """Corners of pixels [h + 1, w + 1] that outlines may pass twice, and those of them where pixels are joined."""
+
+    is_double: Mask
+    is_joined: Mask
+
+
+def rectilinear_loops(mask: Mask, touching: Touching | None = None) -> list[Integers]:
     """Return the corners [n, 2], as x and y, of the closed outlines of ``mask`` [h, w].
 
     Outlines run clockwise on a page, holes the other way. Pixels that touch at a corner only are apart, and no outline
-    passes a corner twice.
+    passes a corner twice, unless ``touching`` says so.
     """
     height, width = mask.shape
+    touching = touching or Touching(*np.zeros((2, height + 1, width + 1), bool))
     sides = _sides(mask)
     directions = np.zeros((height + 1, width + 1, 4), bool)  # sides that begin at a corner of pixels, by direction
     for direction, (rows, columns) in enumerate(sides):
@@ -54,8 +64,9 @@ def rectilinear_loops(mask: Mask) -> list[Integers]:
     loops: list[Integers] = []
     for row, column in zip(*np.nonzero(directions[..., _RIGHT]), strict=True):
         if directions[row, column, _RIGHT]:
-            corners = _walked(directions, int(column), int(row))
-            loops += [corners[walk] for walk in simple_walks([(x, y) for x, y in corners.tolist()])]
+            corners = _walked(directions, touching.is_joined, int(column), int(row))
+            keys = [(x, y, k * touching.is_double[y, x]) for k, (x, y) in enumerate(corners.tolist(), 1)]
+            loops += [corners[walk] for walk in simple_walks(keys)]
     return loops
 
 
@@ -75,10 +86,10 @@ def _sides(mask: Mask) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     return found
 
 
-def _walked(directions: Mask, x: int, y: int) -> Integers:
+def _walked(directions: Mask, is_joined: Mask, x: int, y: int) -> Integers:
     """Return the corners [n, 2] of the outline that runs right from (x, y), and take its sides out of ``directions``.
 
-    Where two outlines touch, it turns right, so that each stays around its own pixels.
+    Where two outlines touch, it turns right, so that each stays around its own pixels; left if these are joined.
     """
     corners: list[tuple[int, int]] = []
     heading = last = _RIGHT
@@ -86,9 +97,10 @@ def _walked(directions: Mask, x: int, y: int) -> Integers:
     first = (x, y)
     while True:
         x, y = x + int(_STEPS[heading, 0]), y + int(_STEPS[heading, 1])
-        if (x, y) == first and not directions[y, x, (heading + 1) % 4]:
+        turns = (3, 0, 1) if is_joined[y, x] else (1, 0, 3)  # right is 1, straight on 0, left 3
+        if (x, y) == first and not directions[y, x, (heading + turns[0]) % 4]:
             break
-        for turn in (1, 0, 3):  # right, straight on, left
+        for turn in turns:
             if directions[y, x, (heading + turn) % 4]:
                 heading = (heading + turn) % 4
                 break

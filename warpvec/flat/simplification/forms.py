@@ -6,7 +6,6 @@ Only what the picture shows of an outline is evidence: a form completes what is 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import chain, pairwise
 
 import numpy as np
@@ -22,8 +21,8 @@ from warpvec.flat.simplification.local_error import boxes_of
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.geometry.forms.registry import OUTLINE, RECT, form_of
 from warpvec.geometry.path_forms import Forms
+from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.structure import Structure
 from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 from warpvec.watch.watch import Watch
 
@@ -101,8 +100,6 @@ def _separate_loops(scene: Scene, samples: OutlineSamples) -> Mask:
 
 def _with_forms(scene: Scene, found: dict[int, Candidate]) -> Scene:
     """Return ``scene`` with the forms that were ``found`` for loops; of paths of several loops, if they are most."""
-    sizes = scene.structure.loop_first_segment.diff().tolist()
-    curves, lines = (list(torch.split(values, sizes)) for values in (scene.segments, scene.structure.lines))
     owners, loops, kinds = [], [], []
     for path, (start, stop) in enumerate(pairwise(scene.structure.path_first_loop.tolist())):
         own = _parted(found, start, stop)
@@ -111,20 +108,12 @@ def _with_forms(scene: Scene, found: dict[int, Candidate]) -> Scene:
             owners.append(path)
             loops.append(part)
             kinds.append(own.get(part[0]))
-    if not any(kinds):
-        return scene
-    for path_loops, candidate in zip(loops, kinds, strict=True):
-        if candidate is not None:
-            curves[path_loops[0]] = torch.from_numpy(candidate.curves).to(scene.segments)
-            lines[path_loops[0]] = torch.tensor(form_of(candidate.kind).is_line)
-    order = [loop for path_loops in loops for loop in path_loops]
-    is_line = torch.cat([lines[loop] for loop in order])
-    counts = [[len(curves[loop]) for loop in path_loops] for path_loops in loops]
-    structure = Structure.of_loops(counts, is_line if bool(is_line.any()) else None)
-    parted = replace(
-        scene.select(torch.tensor(owners)), structure=structure, segments=torch.cat([curves[loop] for loop in order])
-    )
-    return parted.with_forms(forms_of(kinds))
+    changed = {
+        part[0]: (torch.from_numpy(form.curves), torch.tensor(form_of(form.kind).is_line))
+        for part, form in zip(loops, kinds, strict=True)
+        if form is not None
+    }
+    return regrouped(scene, owners, loops, changed).with_forms(forms_of(kinds)) if changed else scene
 
 
 def _parted(found: dict[int, Candidate], start: int, stop: int) -> dict[int, Candidate]:

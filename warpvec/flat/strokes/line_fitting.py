@@ -47,10 +47,13 @@ class _Nodes(NamedTuple):
     is_corner: Mask
 
 
-def fit_line(line: Line, width: float, tolerance: float, nodes_max: int = STROKES.nodes_max) -> Rows:
+def fit_line(
+    line: Line, width: float, tolerance: float, nodes_max: int = STROKES.nodes_max, sample_count: int = _SAMPLES
+) -> Rows:
     """Return the cheapest rows within ``tolerance`` pixels of a ``line`` of a stroke of ``width`` pixels.
 
-    Pieces may end at corners, and at ``nodes_max`` other places at most.
+    Pieces may end at corners, and at ``nodes_max`` other places at most. Each is compared to so many points of its part
+    of the line.
     """
     points = resampled(line)
     if len(points) < 3:
@@ -59,7 +62,7 @@ def fit_line(line: Line, width: float, tolerance: float, nodes_max: int = STROKE
         start = int(np.argmax(_turns(points, width, True)))
         points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
     points, nodes = _find_nodes(points, width, line.is_closed, nodes_max)
-    return _rows(points, nodes, _cheapest(points, nodes, tolerance), line.is_closed)
+    return _rows(points, nodes, _cheapest(points, nodes, tolerance, sample_count), line.is_closed)
 
 
 def fit_again(rows: Rows, tolerance: float) -> Rows:
@@ -279,7 +282,7 @@ class _Piece(NamedTuple):
     handles: Floats
 
 
-def _cheapest(points: Floats, nodes: _Nodes, tolerance: float) -> list[_Piece]:
+def _cheapest(points: Floats, nodes: _Nodes, tolerance: float, sample_count: int = _SAMPLES) -> list[_Piece]:
     """Return the pieces of the cheapest way from the first node to the last, in order."""
     number = np.arange(len(nodes.place))
     # No piece passes a corner: the first start of the pieces to a node is the last corner before it.
@@ -289,7 +292,7 @@ def _cheapest(points: Floats, nodes: _Nodes, tolerance: float) -> list[_Piece]:
     bounds = np.concatenate([[0], np.cumsum(counts)])
     ends = np.repeat(number, counts)
     starts = np.arange(len(ends)) - np.repeat(bounds[:-1], counts) + np.repeat(first, counts)
-    costs, handles = _costs(points, nodes, starts, ends, tolerance)
+    costs, handles = _costs(points, nodes, starts, ends, tolerance, sample_count)
     best: list[_Piece] = [_Piece(0.0, -1, True, np.zeros((2, 2)))]
     so_far = np.zeros(len(number))
     for end in range(1, len(number)):
@@ -306,12 +309,14 @@ def _cheapest(points: Floats, nodes: _Nodes, tolerance: float) -> list[_Piece]:
     return pieces[::-1]
 
 
-def _costs(points: Floats, nodes: _Nodes, starts: Integers, ends: Integers, tolerance: float) -> tuple[Floats, Floats]:
+def _costs(
+    points: Floats, nodes: _Nodes, starts: Integers, ends: Integers, tolerance: float, sample_count: int
+) -> tuple[Floats, Floats]:
     """Return the cost of a cubic and of a line from each of the nodes ``starts`` to one of ``ends`` [B, 2].
 
     Also return the handles of the cubics [B, 2, 2].
     """
-    share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    share = (np.arange(sample_count) + 0.5) / sample_count
     first, last = nodes.place[starts], nodes.place[ends]
     place = first[:, None] + share * (last - first)[:, None]
     low = np.floor(place).astype(int)

@@ -17,6 +17,7 @@ from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.lines.line import DrawnLine, scene_of
 from warpvec.flat.strokes.line_fitting import Rows
+from warpvec.flat.thin_lines.dashes import without_dashes
 from warpvec.flat.thin_lines.dots import without_dots
 from warpvec.flat.thin_lines.following import ThinLine, follow_lines
 from warpvec.flat.thin_lines.looks import EqualLines, equal_lines
@@ -33,14 +34,16 @@ class ThinLines(NamedTuple):
     """The straight thin lines and the dots of a picture.
 
     Attributes:
-        strokes: a path for equal lines of one direction, each line a loop of it.
+        strokes: a path for equal lines of one direction, each line a loop of it, and one for each dashed line.
         dots: circles.
+        dashed: the dashes of each dashed line.
         paper: the colour [3] that the lines lie on, sRGB-encoded in [0, 1].
         ground: the picture without them [h, w, 3].
     """
 
     strokes: Scene
     dots: Scene
+    dashed: list[list[DrawnLine]]
     paper: Floats
     ground: Floats32
 
@@ -72,14 +75,18 @@ def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = Tr
     papers = colors[counts >= THIN_LINES.paper_share_min * levels[..., 0].size]
     if not len(papers):
         return None
-    levels, dots = without_dots(levels, papers, inks, dot_count_max)
     paper = colors[counts.argmax()]
+    levels, dashed = without_dashes(levels, paper, inks)
+    levels, dots = without_dots(levels, papers, inks, dot_count_max)
     found = equal_lines(follow_lines(levels - paper), paper, inks) if has_lines else []
-    if not found and not len(dots):
+    if not found and not len(dots) and not dashed:
         return None
-    strokes = scene_of([[_drawn(line, each) for line in each.lines] for each in _joined(found)])
-    ground = _without(levels, paper, strokes) if found else (levels / 255.0).astype(np.float32)
-    return ThinLines(strokes, dots, paper / 255.0, ground)
+    lines = [[_drawn(line, each) for line in each.lines] for each in _joined(found)]
+    in_ink = [[dash for dash, is_in in zip(*each, strict=True) if is_in] for each in dashed]
+    removed = lines + [each for each in in_ink if each]
+    ground = _without(levels, paper, scene_of(removed)) if removed else (levels / 255.0).astype(np.float32)
+    dashes = [each.dashes for each in dashed]
+    return ThinLines(scene_of(lines + dashes), dots, dashes, paper / 255.0, ground)
 
 
 def _frequent_colors(levels: Floats) -> tuple[Floats, Integers]:
