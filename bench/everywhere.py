@@ -59,11 +59,13 @@ def main(files: tuple[Path, ...], environment: Path | None, names: tuple[str, ..
             environment = Path(folder) / "environment"
             environment.mkdir()
             installed(environment, list(names))
-        rows = []
+        rows, made = [], dict[tuple[str, str], str]()
         for name in names:
-            chosen = PURPOSES[PROGRAMS[name].purpose if purpose == "best" else purpose]
-            made = {title: text_for(text, chosen).text for title, text in texts.items()}
-            found = (decibels(name, made[title], Path(folder), environment, texts[title]) for title in texts)
+            chosen = PROGRAMS[name].purpose if purpose == "best" else purpose
+            for title, text in texts.items():
+                if (chosen, title) not in made:
+                    made[chosen, title] = text_for(text, PURPOSES[chosen]).text
+            found = (decibels(name, made[chosen, title], Path(folder), environment, texts[title]) for title in texts)
             rows.append([name, *("-" if each is None else f"{each:.1f}" for each in found)])
             click.echo(" ".join(rows[-1]), err=True)
     click.echo(markdown_table(["program", *texts], rows))

@@ -101,4 +101,5 @@ def test_a_vector_drawable_states_every_path_with_its_paint() -> None:
     assert root.get(android + "width") == f"{SIDE}dp" and root.get(android + "viewportWidth") == str(SIDE)
     assert [path.get(android + "pathData") for path in paths][1:] == re.findall(r' d="([^"]*)"', fitted)
     assert len(list(root.iter("gradient"))) == fitted.count("Gradient id")
+    assert all(path.text and path[0].text for path in paths if len(path))  # Android Studio shows no gradient else
     assert paths[-1].get(android + "strokeWidth") == "4" and paths[-1].get(android + "fillColor") is None
