@@ -24,6 +24,7 @@ from warpvec.purposes.table import PURPOSES
 from warpvec.purposes.texts import text_for
 from warpvec.svg.measure import draw
 from warpvec.writers.png import drawing_size
+from warpvec.writers.registry import encode
 
 _SMALL = 400
 """Sides in pixels below which a drawing is drawn at twice its size."""
@@ -34,9 +35,9 @@ def decibels(name: str, text: str, folder: Path, environment: Path, wanted: str 
     sides = drawing_size(text)
     scale = 2.0 if max(sides) < _SMALL else 1.0
     size = (round(scale * sides[0]), round(scale * sides[1]))
-    svg = folder / "drawing.svg"
-    svg.write_text(text)
-    drawn = picture_of(name, svg, size, scale, environment)
+    file = folder / f"drawing{PROGRAMS[name].suffix}"
+    file.write_bytes(encode(text, file))
+    drawn = picture_of(name, file, size, scale, environment)
     return None if drawn is None else _psnr(drawn, draw(wanted or text, *size))
 
 
