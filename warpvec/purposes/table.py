@@ -31,7 +31,7 @@ class Purpose:
         has_ground: whether the file has a rectangle of the background.
         has_groups: whether a group may state the opacity of its paths, or be a symbol.
         is_one_color: whether the file is one black shape.
-        has_picture: whether `warpvec run` writes a PNG beside the file, for programs that show no SVG.
+        has_picture: whether commands write a PNG beside the file, for programs that show no SVG.
         per_inch: pixels per inch in which a size in real units is stated; None for its unit.
         profile: attributes of the root, with a space before each.
     """
