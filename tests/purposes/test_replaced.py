@@ -69,6 +69,12 @@ def test_rounds_of_many_colours_stay_in_their_places_at_any_size(side: int) -> N
     assert error_db(fitted, drawing, 512) > 40.0  # two cubics for each circle: 36
 
 
+def test_print_has_finer_rings_than_screens() -> None:
+    pytest.importorskip("pathops")
+    counts = [text_for(DRAWING, PURPOSES[name]).text.count('fill="#000"') for name in ("plain", "print")]
+    assert counts[0] < counts[1]
+
+
 def test_machines_get_one_colour_for_each_path_and_no_ground() -> None:
     for name in ("pen", "cricut"):
         fitted = text_for(DRAWING, PURPOSES[name])
