@@ -24,6 +24,7 @@ from warpvec.purposes.table import PURPOSES
 from warpvec.purposes.texts import text_for
 from warpvec.svg.measure import draw
 from warpvec.writers.png import drawing_size
+from warpvec.writers.registry import encode
 
 _SMALL = 400
 """Sides in pixels below which a drawing is drawn at twice its size."""
@@ -34,9 +35,9 @@ def decibels(name: str, text: str, folder: Path, environment: Path, wanted: str 
     sides = drawing_size(text)
     scale = 2.0 if max(sides) < _SMALL else 1.0
     size = (round(scale * sides[0]), round(scale * sides[1]))
-    svg = folder / "drawing.svg"
-    svg.write_text(text)
-    drawn = picture_of(name, svg, size, scale, environment)
+    file = folder / f"drawing{PROGRAMS[name].suffix}"
+    file.write_bytes(encode(text, file))
+    drawn = picture_of(name, file, size, scale, environment)
     return None if drawn is None else _psnr(drawn, draw(wanted or text, *size))
 
 
@@ -59,11 +60,13 @@ def main(files: tuple[Path, ...], environment: Path | None, names: tuple[str, ..
             environment = Path(folder) / "environment"
             environment.mkdir()
             installed(environment, list(names))
-        rows = []
+        rows, made = [], dict[tuple[str, str], str]()
         for name in names:
-            chosen = PURPOSES[PROGRAMS[name].purpose if purpose == "best" else purpose]
-            made = {title: text_for(text, chosen).text for title, text in texts.items()}
-            found = (decibels(name, made[title], Path(folder), environment, texts[title]) for title in texts)
+            chosen = PROGRAMS[name].purpose if purpose == "best" else purpose
+            for title, text in texts.items():
+                if (chosen, title) not in made:
+                    made[chosen, title] = text_for(text, PURPOSES[chosen]).text
+            found = (decibels(name, made[chosen, title], Path(folder), environment, texts[title]) for title in texts)
             rows.append([name, *("-" if each is None else f"{each:.1f}" for each in found)])
             click.echo(" ".join(rows[-1]), err=True)
     click.echo(markdown_table(["program", *texts], rows))

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+import random
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -78,6 +80,30 @@ _SOFT = f"""<defs><filter id="b1" x="-30%" y="-40%" width="160%" height="180%" c
 <path fill="none" stroke="#639" stroke-width="12" filter="url(#b2)" d="M150 220c20-60 50 40 80-60"/>"""
 
 
+_CARD = f"""<defs><filter id="b" x="-30%" y="-40%" width="160%" height="180%" color-interpolation-filters="sRGB">
+<feGaussianBlur stdDeviation="6"/></filter></defs>{_GROUND}
+<path fill="#000" fill-opacity=".5" filter="url(#b)" d="M48 60h172v144h-172z"/>
+<rect fill="#fff" x="40" y="48" width="176" height="144" rx="16"/><circle fill="#06c" cx="80" cy="92" r="20"/>
+<path fill="#333" d="M112 80h80v8h-80zm0 20h60v8h-60z"/><path fill="#c22" d="M60 140h136v28h-136z"/>"""
+
+
+def _photo() -> str:
+    """Return what a photo has: translucent blobs from large to small, every fifth one soft, over a sky and a ground."""
+    rng = random.Random(1)
+    blobs = []
+    for number in range(60):
+        x, y, r = rng.uniform(0, SIDE), rng.uniform(0, SIDE), 70.0 * 0.96**number
+        turn, color = rng.uniform(0.0, 6.28), rng.choice(("69c", "9bd", "cde", "473", "684", "352", "863"))
+        nodes = [(x + r * math.cos(turn + a) * rng.uniform(0.6, 1.3), y + r * math.sin(turn + a)) for a in range(6)]
+        data = "M{:.1f} {:.1f}C{:.1f} {:.1f} {:.1f} {:.1f} {:.1f} {:.1f}S{:.1f} {:.1f} {:.1f} {:.1f}z".format(
+            *(value for node in nodes for value in node)
+        )
+        blur = ' filter="url(#b)"' if number % 5 == 0 else ""
+        blobs.append(f'<path fill="#{color}" fill-opacity=".7"{blur} d="{data}"/>')
+    head = '<filter id="b" x="-90%" y="-90%" width="280%" height="280%" color-interpolation-filters="sRGB">'
+    return f'<defs>{head}<feGaussianBlur stdDeviation="5"/></filter></defs>{_GROUND}{"".join(blobs)}'
+
+
 def _layered(body: str, sides: tuple[str, str] | None = None) -> str:
     loaded = read_svg(f"{_HEAD}{body}</svg>")
     return write_svg(loaded.scene, SIDE, SIDE, title="drawing", sides=sides)
@@ -113,6 +139,8 @@ FILES: dict[str, Callable[[], str]] = {
     "gradients": lambda: _layered(_GRADIENTS),
     "gradients on strokes": lambda: _layered(_STROKED_GRADIENTS),
     "soft": lambda: _layered(_SOFT),
+    "card": lambda: _layered(_CARD),
+    "photo": lambda: _short(_photo()),
     "127 mm": lambda: _layered(_GROUND + _PATHS, ("127mm", "127mm")),
     "symbol": lambda: as_symbol(_layered(_GROUND + _PATHS), "drawing"),
 }

@@ -36,17 +36,27 @@ class Program:
         requirement: what pip or npm installs, with its version, words with spaces between.
         code: for "command" its words, with ``{svg}`` in braces; for "page" an expression of a promise of base64.
         purpose: the value of ``--for`` that suits the program best.
+        suffix: of the file that it draws.
     """
 
     kind: str
     requirement: str
     code: str
     purpose: str = "web"
+    suffix: str = ".svg"
 
 
 _CANVAS = "const c = document.createElement('canvas'); c.width = w; c.height = h; const base64 = () => c.toDataURL('image/png').split(',')[1];"
 _ELEMENT = "const e = new DOMParser().parseFromString(text, 'image/svg+xml').documentElement;"
 _GIMP = '(let* ((i (car (file-svg-load RUN-NONINTERACTIVE "{svg}" "{svg}" 96.0 {w} {h} 0)))) (gimp-image-flatten i) (file-png-save RUN-NONINTERACTIVE i (car (gimp-image-get-active-drawable i)) "{out}" "{out}" 0 9 0 0 0 0 0))'
+
+_STUDIO = """import com.android.ide.common.vectordrawable.VdPreview;
+import java.nio.file.*;
+public class Studio { public static void main(String[] a) throws Exception {
+    String text = new String(Files.readAllBytes(Paths.get(a[0])));
+    VdPreview.TargetSize size = VdPreview.TargetSize.createFromMaxDimension(Integer.parseInt(a[2]));
+    javax.imageio.ImageIO.write(VdPreview.getPreviewFromVectorXml(size, text, new StringBuilder()), "png", new java.io.File(a[1])); } }
+"""
 
 PROGRAMS = {
     "rsvg-convert": Program("command", "", "rsvg-convert -w {w} -h {h} -b white {svg} -o {out}"),
@@ -147,6 +157,11 @@ PROGRAMS = {
         f"(async () => {{ {_ELEMENT} document.body.appendChild(e); const t = new Two({{type: Two.Types.canvas, width: w, height: h, ratio: 1}}); const g = t.interpret(e); e.remove(); g.scale = scale; t.update(); return t.renderer.domElement.toDataURL('image/png').split(',')[1]; }})()",
         purpose="plain",
     ),
+    "Android Studio": Program(
+        "node", "vd-tool@4.0.2",
+        f"fs.writeFileSync(folder + '/Studio.java', {json.dumps(_STUDIO)}); require('child_process').execFileSync('java', ['-cp', modules + '/vd-tool/lib/*', folder + '/Studio.java', svg, out, Math.max(w, h)])",
+        purpose="android", suffix=".xml",
+    ),
     "GIMP": Program("command", "", "gimp -i -d -f -b " + _GIMP.replace(" ", "\0") + " -b (gimp-quit\0000)"),
 }  # fmt: skip
 
@@ -236,7 +251,7 @@ def _draw(name: str, values: dict[str, object], environment: Path) -> None:
     elif program.kind == "node":
         modules = str(environment / "node_modules")
         _run(
-            ["node", "-e", _constants(values) + "const fs = require('fs');" + program.code],
+            ["node", "-e", _constants({**values, "modules": modules}) + "const fs = require('fs');" + program.code],
             env={**os.environ, "NODE_PATH": modules},
         )
     else:

@@ -142,12 +142,20 @@ class Result:
         Raises:
             InputError: ``path`` has another suffix, cannot be written, or needs an extra that is missing.
         """
-        check_suffix(path, "path")
-        check_writable(path, "path")
+        for loss in self.write(path, "path"):
+            warnings.warn(loss, stacklevel=2)
+
+    def write(self, path: str | os.PathLike[str], name: str) -> list[str]:
+        """Write the drawing to ``path`` as `save` does, and return what the file draws by other means or not at all.
+
+        Raises:
+            InputError: as `save`; messages call the path ``name``.
+        """
+        check_suffix(path, name)
+        check_writable(path, name)
         made = self.file(path)
         write_atomic(path, made.data)
-        for loss in made.losses:
-            warnings.warn(loss, stacklevel=2)
+        return made.losses
 
     def encoded(self, path: str | os.PathLike[str]) -> bytes:
         """Return the bytes of the drawing as a file called ``path``.

@@ -70,6 +70,33 @@ def test_a_logo_becomes_a_file_for_a_cutter(desk: DeskPage, tmp_path: Path, way:
     assert psnr(draw_like(saved.read_bytes(), target), target) > 28
 
 
+def save_for(desk: DeskPage, use: str) -> Path:
+    """Save the file for a use, as a person who reads the list does."""
+    desk.page.locator("#purpose").select_option(label=use)
+    with desk.page.expect_download() as download:
+        desk.page.locator("#save-for").click()
+    path = desk.folder / download.value.suggested_filename
+    download.value.save_as(path)
+    return path
+
+
+def test_a_logo_becomes_a_file_in_millimetres_for_a_cutter_and_one_for_android(desk: DeskPage, tmp_path: Path) -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    source = tmp_path / "Our Logo-2.png"
+    Image.fromarray(logo(has_shadow=False)).save(source)
+    choose(desk, source, "mouse")
+    desk.wait_for_status("done")
+    desk.page.locator("#size-unit").select_option("mm")
+    desk.page.locator("#size-width").fill("90")
+    desk.page.locator("#size-width").press("Enter")
+    cut = ezdxf.readfile(save_for(desk, "My cutter or laser"))
+    assert cut.units == 4 and cut.header["$EXTMAX"][0] == pytest.approx(90.0)
+    assert len(cut.modelspace()) > 0
+    android = save_for(desk, "An Android app")
+    assert android.name == "our_logo_2.xml"  # Android refuses other letters in names of resources
+    assert "<vector" in android.read_text()
+
+
 # With keys alone. The mouse sets the same slider in the next test.
 def test_a_photo_becomes_a_file_of_few_bytes(desk: DeskPage, tmp_path: Path) -> None:
     source = write_scene(tmp_path / "photo.png", person=True)

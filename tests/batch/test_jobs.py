@@ -256,6 +256,9 @@ def test_file_options_reach_the_files(photos: Path, out: Path, engine: InProcess
     assert _done(engine, photos, out, *QUICK, "--no-metadata", "--trim") == [f"p{k}.png" for k in range(4)]
     assert "<metadata>" not in (out / "p0.svg").read_text()
     assert _done(engine, photos, out, *QUICK, "--no-metadata", "--trim") == []
+    pytest.importorskip("pathops")
+    _done(engine, photos, out, *QUICK, "--for", "word")
+    assert (out / "p0.svg.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(

@@ -42,3 +42,17 @@ def test_parts_have_the_scale_of_the_whole() -> None:
     drawing = warpvec.vectorize(_picture(BAR_WITH_DOT.format(10) + RING)).drawing
     drawing = replace(drawing, encoding=replace(drawing.encoding, options=FileOptions(size="120mm")))
     assert any('width="26mm" height="26mm"' in text for text in split_texts(drawing))
+
+
+def test_parts_are_for_the_same_programs_and_as_short_as_the_whole() -> None:
+    dot = '<circle cx="30" cy="40" r="14"/><circle fill="#06c" cx="90" cy="40" r="14"/>'
+    short, plain = (
+        split_texts(warpvec.vectorize(_picture(dot), **more).drawing)
+        for more in ({"minify": True}, {"purpose": "plain"})
+    )
+    assert len(short) == len(plain) == 2
+    for one, two in zip(short, plain, strict=True):
+        assert "inkscape" not in one and "inkscape" in two
+        assert "<circle" in one and "<circle" not in two and not re.search("[0-9]a", two)
+        width, height = map(int, re.findall(r'(?:width|height)="(\d+)"', two)[:2])
+        assert np.abs(draw(one, width, height).astype(int) - draw(two, width, height)).mean() < 1.0

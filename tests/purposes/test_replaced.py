@@ -31,8 +31,8 @@ gradientTransform="matrix(30 15 -10 20 35 95)">
 <path fill="none" stroke="#036" stroke-width="4" d="M70 120h50"/></g></svg>"""
 
 
-def error_db(one: str, two: str) -> float:
-    difference = draw(one, SIDE, SIDE).astype(float) - draw(two, SIDE, SIDE)
+def error_db(one: str, two: str, side: int = SIDE) -> float:
+    difference = draw(one, side, side).astype(float) - draw(two, side, side)
     return float(-10.0 * np.log10(np.square(difference / 255.0).mean() + 1e-12))
 
 
@@ -52,6 +52,27 @@ def test_a_file_has_only_what_its_purpose_allows_and_looks_the_same(name: str) -
     assert error_db(fitted.text, DRAWING) > 38.0
     assert any("soft path as" in words and "rings" in words for words in fitted.words)
     assert text_for(fitted.text, PURPOSES[name]).words == []
+
+
+@pytest.mark.parametrize("side", [16, 128])
+def test_rounds_of_many_colours_stay_in_their_places_at_any_size(side: int) -> None:
+    pytest.importorskip("pathops")
+    colors = ("#c22", "#e71", "#fc0", "#8b2", "#0a6", "#0bb", "#06c", "#639")
+    stops = "".join(f'<stop offset="{number / 7:.2f}" stop-color="{each}"/>' for number, each in enumerate(colors))
+    half = side // 2
+    drawing = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{side}" height="{side}" viewBox="0 0 {side} {side}"><defs>'
+        f'<radialGradient id="a" gradientUnits="userSpaceOnUse" cx="{half}" cy="{half}" r="{half}">{stops}'
+        f'</radialGradient></defs><g><path fill="url(#a)" d="M0 0h{side}v{side}h-{side}z"/></g></svg>'
+    )
+    fitted = text_for(drawing, PURPOSES["plain"]).text
+    assert error_db(fitted, drawing, 512) > 40.0  # two cubics for each circle: 36
+
+
+def test_print_has_finer_rings_than_screens() -> None:
+    pytest.importorskip("pathops")
+    counts = [text_for(DRAWING, PURPOSES[name]).text.count('fill="#000"') for name in ("plain", "print")]
+    assert counts[0] < counts[1]
 
 
 def test_machines_get_one_colour_for_each_path_and_no_ground() -> None:
@@ -86,4 +107,5 @@ def test_a_vector_drawable_states_every_path_with_its_paint() -> None:
     assert root.get(android + "width") == f"{SIDE}dp" and root.get(android + "viewportWidth") == str(SIDE)
     assert [path.get(android + "pathData") for path in paths][1:] == re.findall(r' d="([^"]*)"', fitted)
     assert len(list(root.iter("gradient"))) == fitted.count("Gradient id")
+    assert all(path.text and path[0].text for path in paths if len(path))  # Android Studio shows no gradient else
     assert paths[-1].get(android + "strokeWidth") == "4" and paths[-1].get(android + "fillColor") is None

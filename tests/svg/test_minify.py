@@ -101,6 +101,17 @@ def test_opaque_paths_need_no_group() -> None:
     assert _text(read_svg(text).scene) == text
 
 
+@pytest.mark.parametrize(("segments", "has_group"), [(4, True), (400, False)])
+def test_a_group_states_an_opacity_only_where_it_saves_bytes(segments: int, has_group: bool) -> None:
+    waves = torch.rand(2, 3 * segments, 2, generator=torch.Generator().manual_seed(1))
+    scene = Scene.uniform(
+        40.0 * waves, torch.zeros(2, 3), torch.full((2,), 0.7), torch.zeros(3), torch.zeros(2, dtype=torch.int64)
+    )
+    text = _text(scene)
+    assert ("<g" in text) == has_group
+    assert _text(read_svg(text).scene) == text
+
+
 def test_layers_are_kept_on_request() -> None:
     text = _text(_scene(), keeps_layers=True)
     loaded = read_svg(text)

@@ -17,7 +17,6 @@ from typing import Any
 from warpvec.agents.folders import Folders
 from warpvec.api import refine, vectorize
 from warpvec.errors import InputError
-from warpvec.files import check_writable, write_atomic
 from warpvec.image.read import read_image
 from warpvec.inputs import read_file
 from warpvec.result import Result
@@ -123,11 +122,9 @@ class Tools:
 
     def _saved(self, result: Result, target: Path, overwrite: bool) -> Answer:
         self._folders.new_file(str(target), "out", overwrite=overwrite)  # another program may have made it meanwhile
-        check_writable(target, "out")
-        made = result.file(target)
-        write_atomic(target, made.data)
+        losses = result.write(target, "out")
         facts = {name: result.metrics[name] for name in _FIGURES}
-        facts |= {"not_kept": list(result.metrics["not_kept"].values()), "losses": made.losses}
+        facts |= {"not_kept": list(result.metrics["not_kept"].values()), "losses": losses}
         return Answer({"path": str(target), **facts}, result.drawing.text)
 
 

@@ -21,6 +21,7 @@ from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS, FileOptions
 from warpvec.errors import InputError
 from warpvec.goals.goal import NO_GOAL, Goal
 from warpvec.image.formats import SUFFIXES
+from warpvec.purposes.table import PURPOSES
 
 # Time between two reports of a worker.
 _REPORT_SECONDS = 0.5
@@ -152,6 +153,9 @@ class Vectorize:
         metrics = result.metrics
         made = result.file(job.output)
         self.target.write(job.output, made.data)
+        if PURPOSES[self.file_options.purpose].has_picture:
+            picture = f"{job.output}.png"
+            self.target.write(picture, result.encoded(picture))
         not_kept = metrics["not_kept"].values()
         return Record(
             input=job.input,

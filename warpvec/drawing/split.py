@@ -14,10 +14,14 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
 from warpvec.drawing.drawing import Drawing
+from warpvec.drawing.encoding import flat_units
 from warpvec.errors import InputError
 from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
+from warpvec.purposes.table import PURPOSES
+from warpvec.purposes.texts import text_for
 from warpvec.svg.measure import draw
+from warpvec.svg.minify import write_minified
 from warpvec.svg.write import write_svg
 
 PIECES_MAX = 2000
@@ -99,8 +103,14 @@ def _text(drawing: Drawing, scene: Scene, width: int, height: int) -> str:
     sides = encoding.options.sides(picture.width, picture.height)
     if sides is not None:
         sides = _share(sides[0], width / picture.width), _share(sides[1], height / picture.height)
-    precision, names = encoding.settings.precision, encoding.layer_names
-    return write_svg(scene, width, height, precision=precision, sides=sides, layer_names=names)
+    if encoding.is_minified:
+        units = flat_units(encoding.settings)
+        sides, scene = sides or (str(width), str(height)), scene.scaled(units, units)
+        text = write_minified(scene, units * width, units * height, sides, keeps_layers=encoding.keeps_layers)
+    else:
+        precision, names = encoding.settings.precision, encoding.layer_names
+        text = write_svg(scene, width, height, precision=precision, sides=sides, layer_names=names)
+    return text_for(text, PURPOSES[encoding.options.purpose]).text
 
 
 def _share(side: str, share: float) -> str:

@@ -18,7 +18,7 @@ from warpvec.geometry.loops import Color, Outline, make_scene
 from warpvec.geometry.paints.registry import LINEAR, RADIAL
 from warpvec.geometry.quarter import QUARTER_HANDLE
 from warpvec.geometry.scene import Scene
-from warpvec.purposes.levels import STEP, opacities
+from warpvec.purposes.levels import CLOSE, STEP, opacities
 from warpvec.purposes.loops import loops_of, outline_of, polygon, short_numbers
 from warpvec.svg.foreign.color_ramps import elliptic_range, linear_range
 from warpvec.svg.foreign.shapes import Loop
@@ -30,6 +30,11 @@ _SAMPLES = 513
 _SAME = 2.0 / 255.0
 """Largest difference of a channel within what counts as one colour."""
 
+_HALF_HANDLE, _HALF_MISS = 5.0 * math.pi / 12.0, 0.018
+"""Length of the handles of half a circle of radius 1 as one cubic of the same area, and its largest distance."""
+
+_SHARP = 1.0 / 4000.0
+"""Share of the longer side of the canvas by which an edge may move: half a 2000th."""
 
 _OVERLAP = 1.0
 """Units by which an opaque band reaches below the next one: a pixel. More would draw the edge of the shape twice."""
@@ -77,7 +82,7 @@ def bands_of(one: Scene, width: float, height: float, combiner: Combiner) -> Sce
             outlines = [outline_of(loops, _color(mean), float(mean[3]), int(one.generation))]
             break
         if part and band.opacity > 0.0:
-            part = [loop._replace(points=short_numbers(loop.points, width, height)) for loop in part]
+            part = [loop._replace(points=short_numbers(loop.points, _SHARP * max(width, height))) for loop in part]
             outlines.append(outline_of(part, band.color, band.opacity, int(one.generation)))
     made = make_scene(outlines, None)
     return Scene(**{**vars(made), "background": one.background, "transparent": one.transparent})
@@ -103,11 +108,29 @@ def _ramp(one: Scene, width: float, height: float) -> _Ramp:
         low, high = elliptic_range(loops_of(one), tuple(_axes(kind, geometry)), (width, height))
     t = np.linspace(max(low, float(offsets[0])), min(high, float(offsets[-1])), _SAMPLES)
     shades = np.stack([np.interp(t, offsets, channel) for channel in values.T], 1)
-    seen = shades[:, :3] * shades[:, 3:]
-    change = np.abs(np.diff(np.column_stack([seen, shades[:, 3]]), axis=0)).max(1).cumsum()
-    steps = max(1, math.ceil(float(change[-1]) / STEP))
-    places = np.searchsorted(change, change[-1] * np.arange(1, 2 * steps) / (2 * steps)) + 1
+    change = np.append(0.0, _differences(shades).cumsum())
+    halves = _halves(float(change[-1]), low < offsets[0], high > offsets[-1])
+    places = np.minimum(np.searchsorted(change, halves), _SAMPLES - 1)
     return _Ramp(kind, geometry, t[places[1::2]], shades[places[::2]])
+
+
+def _halves(change: float, is_flat_before: bool, is_flat_after: bool) -> Floats:
+    """Return the middles of bands, with the cuts between them, along a ``change`` of colour.
+
+    Where the shape goes on beyond an end in one colour, the band there has that colour: it reaches half a step.
+    """
+    beyond = (is_flat_before + is_flat_after) / 2.0
+    count = max(1, math.ceil(change / STEP + beyond))
+    step = change / max(count - beyond, 0.5)
+    return step * (np.arange(1.0, 2.0 * count) - is_flat_before) / 2.0
+
+
+def _differences(shades: Floats) -> Floats:
+    """Return how far each shade is from the one before on a black ground or a white one, where they differ more."""
+    on_black = np.diff(shades[:, :3] * shades[:, 3:], axis=0)
+    on_white = on_black - np.diff(shades[:, 3:], axis=0)
+    found: Floats = np.sqrt(np.maximum(np.square(on_black).mean(1), np.square(on_white).mean(1)))
+    return found
 
 
 def _axes(kind: int, geometry: Floats) -> Floats:
@@ -173,7 +196,7 @@ def _up_to(share: float, ramp: _Ramp, one: Scene) -> Loop:
         x, y, ax, ay, breadth = _axes(ramp.kind, ramp.geometry).tolist()
         along = share * np.array([ax, ay])
         across = share * breadth / max(math.hypot(ax, ay), 1e-9) * np.array([-ay, ax])
-        return _ellipse(np.array([x, y]), along, across)
+        return _ellipse(np.array([x, y]), along, across, CLOSE * _narrowest(ramp))
     start, along = ramp.geometry[:2], ramp.geometry[2:4] - ramp.geometry[:2]
     left, top, right, bottom = path_boxes(one).double()[0].tolist()
     reach = 2.0 * (abs(right - left) + abs(bottom - top)) + 1.0
@@ -186,11 +209,22 @@ def _up_to(share: float, ramp: _Ramp, one: Scene) -> Loop:
     return polygon(corners)
 
 
-def _ellipse(center: Floats, along: Floats, across: Floats) -> Loop:
-    """Return the ellipse about a centre with these half axes."""
+def _narrowest(ramp: _Ramp) -> float:
+    """Return the width in units of the narrowest band between two others; that of all if there is none."""
+    return _extent(ramp) * float(np.diff(ramp.cuts).min(initial=1.0))
+
+
+def _ellipse(center: Floats, along: Floats, across: Floats, tolerance: float) -> Loop:
+    """Return the ellipse about a centre with these half axes, within ``tolerance``: as two cubics, or as four."""
     ends = [along, across, -along, -across]
-    rows = [
-        np.stack([center + a, center + a + QUARTER_HANDLE * b, center + b + QUARTER_HANDLE * a])
-        for a, b in zip(ends, [*ends[1:], ends[0]], strict=True)
-    ]
-    return Loop(np.concatenate(rows), np.zeros(4, np.bool_))
+    if _HALF_MISS * max(np.hypot(*along), np.hypot(*across)) <= tolerance:
+        rows = [
+            np.stack([center + a, center + a + _HALF_HANDLE * b, center - a + _HALF_HANDLE * b])
+            for a, b in (ends[:2], ends[2:])
+        ]
+    else:
+        rows = [
+            np.stack([center + a, center + a + QUARTER_HANDLE * b, center + b + QUARTER_HANDLE * a])
+            for a, b in zip(ends, [*ends[1:], ends[0]], strict=True)
+        ]
+    return Loop(short_numbers(np.concatenate(rows), tolerance / 2.0), np.zeros(len(rows), np.bool_))

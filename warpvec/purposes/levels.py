@@ -10,6 +10,9 @@ STEP = 1.0 / 25.0
 """Largest step of a colour or an opacity from one path to the next: a shade over the whole picture then is within 10 of
 255 levels, 3 on average, which is 39 dB."""
 
+CLOSE = 0.55
+"""Distance of an edge from where it belongs, as a share of that to the next one: more shows beside the steps."""
+
 
 def opacities(wanted: Sequence[float]) -> list[float]:
     """Return the opacity of each of several paths on each other, so that all up to it have that ``wanted``.

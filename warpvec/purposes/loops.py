@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -25,12 +26,12 @@ def outline_of(loops: list[Loop], color: Color, opacity: float, generation: int)
     return Outline(points, color, opacity, generation, tuple(len(loop.is_line) for loop in loops), is_line)
 
 
-def short_numbers(points: Floats, width: float, height: float) -> Floats:
-    """Return ``points`` with as few decimals as a canvas of ``width`` x ``height`` needs for a 2000th of its side.
+def short_numbers(points: Floats, tolerance: float) -> Floats:
+    """Return ``points`` rounded to as few decimals as keep each number within ``tolerance`` of its own.
 
     Bands and rings are many, and a file is read in bytes.
     """
-    return np.round(points, 1 if max(width, height) >= 200.0 else 2)
+    return np.round(points, max(0, math.ceil(-math.log10(2.0 * tolerance))))
 
 
 def polygon(corners: Floats) -> Loop:

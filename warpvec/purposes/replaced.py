@@ -47,7 +47,11 @@ def replaced(scene: Scene, purpose: Purpose, width: float, height: float, thread
     scene, words = scene.cpu(), list[str]()
     if not purpose.has_blur and scene.soft_count:
         count, before = scene.soft_count, len(scene)
-        scene = _with_rings(scene, width, height, threads) if purpose.has_shades else replace(scene, softness=None)
+        scene = (
+            _with_rings(scene, width, height, purpose.dots, threads)
+            if purpose.has_shades
+            else replace(scene, softness=None)
+        )
         more = f"as {counted(len(scene) - before + count, 'ring')} of paths" if purpose.has_shades else "sharp"
         words.append(f"{counted(count, 'soft path')} {more}")
     is_refused = _refused_gradients(scene, purpose)
@@ -88,11 +92,12 @@ def _refused_gradients(scene: Scene, purpose: Purpose) -> Tensor:
     return (kind == ELLIPTIC) & (not purpose.has_ellipses)
 
 
-def _with_rings(scene: Scene, width: float, height: float, threads: int | None) -> Scene:
+def _with_rings(scene: Scene, width: float, height: float, dots: float, threads: int | None) -> Scene:
     assert scene.softness is not None
 
     def rings(one: Scene) -> Scene:
-        return rings_of(one, width, height, threads)
+        made = rings_of(one.scaled(dots, dots), dots * width, dots * height, threads)
+        return made.scaled(1.0 / dots, 1.0 / dots)
 
     return replace(_changed(scene, scene.softness.is_soft, rings), softness=None)
 

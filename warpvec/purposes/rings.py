@@ -14,7 +14,7 @@ from warpvec.arrays import Floats
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.loops import make_scene
 from warpvec.geometry.scene import Scene
-from warpvec.purposes.levels import STEP, opacities
+from warpvec.purposes.levels import CLOSE, STEP, opacities
 from warpvec.purposes.loops import outline_of, short_numbers
 from warpvec.purposes.smooth_curves import smooth_curve
 from warpvec.rendering.draw import draw_exactly
@@ -31,11 +31,8 @@ _REACH = 3.5
 _EDGE = 2.5
 """Width of a blurred edge in standard deviations, if it rose evenly: the root of two pi."""
 
-_APART = 1.0
+_APART = 1.25
 """Least distance of rings in units: the edge of a path, as it is drawn, rises over one pixel by itself."""
-
-_CLOSE = 0.4
-"""Distance of a ring from its level, as a share of that to the next ring: it adds a third to the error of the steps."""
 
 _POINTS_MIN = 8
 """Fewest points of a ring: smaller ones are specks of a few cells."""
@@ -57,10 +54,10 @@ def rings_of(one: Scene, width: float, height: float, threads: int | None = None
     red, green, blue = one.color[0].tolist()
     color, outlines = (red, green, blue), []
     for level, opacity in zip(levels, shown, strict=True):
-        tolerance = _CLOSE * _EDGE * sigma / count
+        tolerance = CLOSE * _EDGE * sigma / count
         closed = _closed(lines.lines(level))
         loops = [smooth_curve(line / scale + (left, top), tolerance) for line in closed]
-        loops = [loop._replace(points=short_numbers(loop.points, width, height)) for loop in loops]
+        loops = [loop._replace(points=short_numbers(loop.points, tolerance)) for loop in loops]
         if loops and opacity > 0.0:
             outlines.append(outline_of(loops, color, opacity, int(one.generation)))
     made = make_scene(outlines, None)

@@ -12,8 +12,8 @@ import numpy as np
 from warpvec.arrays import Floats
 from warpvec.svg.foreign.shapes import Loop
 
-_LINE_PRICE, _CUBIC_PRICE = 8, 26
-"""Bytes of a line and of a cubic in path data, in numbers of one decimal."""
+_LINE_PRICE, _CUBIC_PRICE = 6, 17
+"""Bytes of a line and of a cubic in path data, in numbers of two digits."""
 
 _SHARE_OF_LINE = 0.5
 """Largest distance of a point from a line, as a share of that from a cubic: a line does not bend with the points."""

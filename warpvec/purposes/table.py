@@ -31,7 +31,8 @@ class Purpose:
         has_ground: whether the file has a rectangle of the background.
         has_groups: whether a group may state the opacity of its paths, or be a symbol.
         is_one_color: whether the file is one black shape.
-        has_picture: whether `warpvec run` writes a PNG beside the file, for programs that show no SVG.
+        has_picture: whether commands write a PNG beside the file, for programs that show no SVG.
+        dots: dots per pixel of what shows the file: with more, blurs are drawn in more and smoother rings.
         per_inch: pixels per inch in which a size in real units is stated; None for its unit.
         profile: attributes of the root, with a space before each.
     """
@@ -50,6 +51,7 @@ class Purpose:
     has_groups: bool = True
     is_one_color: bool = False
     has_picture: bool = False
+    dots: float = 1.0
     per_inch: float | None = None
     profile: str = ""
 
@@ -72,7 +74,7 @@ class Purpose:
 WEB = Purpose("browsers, Inkscape and most programs")
 """Everything that warpvec writes."""
 
-PRINT = Purpose("print, PDF and EPS", has_blur=False)
+PRINT = Purpose("print, PDF and EPS", has_blur=False, dots=2.0)
 """What CairoSVG draws, which makes files of these kinds."""
 
 ANDROID = Purpose("Android", has_blur=False, has_ellipses=False, has_forms=False, has_groups=False)

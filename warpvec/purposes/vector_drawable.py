@@ -77,11 +77,12 @@ def _path(path: Element, gradients: Mapping[str, Element]) -> Iterator[str]:
     for role in ("fill", "stroke"):
         paint = path.get(role, "none")
         if paint in gradients:
-            inner.append(f'<aapt:attr name="android:{role}Color">{_gradient(gradients[paint])}</aapt:attr>')
+            inner.append(f'<aapt:attr name="android:{role}Color">\n{_gradient(gradients[paint])}\n</aapt:attr>\n')
         elif paint != "none":
             stated.insert(0, f' android:{role}Color="{paint}"')
     head = f"<path{''.join(stated)}"
-    yield f"{head}>{''.join(inner)}</path>" if inner else f"{head}/>"
+    # Android Studio shows a gradient only with line ends around it and its attribute.
+    yield f"{head}>\n{''.join(inner)}</path>" if inner else f"{head}/>"
 
 
 def _gradient(gradient: Element) -> str:

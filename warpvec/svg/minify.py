@@ -7,6 +7,7 @@ opacity is stated once, on the group of the paths. `warpvec.svg.read` reads such
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 
@@ -34,6 +35,9 @@ from warpvec.svg.write import (
 
 _GROUP = '<g fill-opacity=""></g>'
 """The text that states an opacity for all paths of a group, without its digits."""
+
+_GAIN_MIN = 0.01
+"""Least share of the file that a group must save: paper.js and other programs ignore the opacity of a group."""
 
 
 def write_minified(
@@ -67,7 +71,9 @@ def write_minified(
     scene = quantize(scene, precision).cpu()
     generation = scene.generation.numpy()
     groups = list(runs_of(generation if keeps_layers else np.zeros_like(generation)))
-    common = [_common_opacity(scene.select(torch.arange(*each))) if has_groups else OPAQUE for each in groups]
+    shapes = _shapes(scene, precision, has_arcs)
+    least = _GAIN_MIN * sum(len(shape.attributes) for shape in shapes) if has_groups else math.inf
+    common = [_common_opacity(scene.select(torch.arange(*each)), least) for each in groups]
     stated = {path for ticks, group in zip(common, groups, strict=True) if ticks != OPAQUE for path in range(*group)}
     looks, definitions = looks_of(scene, precision, short_ids=True, keeps_opacity=stated)
     parts = [
@@ -76,7 +82,7 @@ def write_minified(
         *definitions,
         *background_of(scene, width, height),
     ]
-    elements = list(zip(looks, _shapes(scene, precision, has_arcs), strict=True))
+    elements = list(zip(looks, shapes, strict=True))
     for ticks, (start, stop) in zip(common, groups, strict=True):
         parts += _group(elements[start:stop], ticks, keeps_layers)
     return "".join([*parts, "</svg>"])
@@ -93,8 +99,8 @@ def _group(elements: list[tuple[Look, Shape]], common: int, is_layer: bool) -> I
         yield "</g>"
 
 
-def _common_opacity(scene: Scene) -> int:
-    """Return the opacity in ticks that saves most as that of the group; opaque if none saves more than it costs.
+def _common_opacity(scene: Scene, least: float) -> int:
+    """Return the opacity in ticks that saves most as that of the group; opaque if none saves ``least`` bytes.
 
     No path states its opacity as 1 against its group: some programs keep that of the group.
     """
@@ -105,7 +111,7 @@ def _common_opacity(scene: Scene) -> int:
     if OPAQUE in counts:
         return OPAQUE
     gains = {ticks: count * len(opacity_attribute(ticks)) - len(_GROUP) for ticks, count in counts.items()}
-    gains[OPAQUE] = 0
+    gains = {ticks: gain for ticks, gain in gains.items() if gain >= least} | {OPAQUE: 0}
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
 
 

@@ -48,6 +48,7 @@ export class Saver {
 
   /** Saves `text` for a `purpose`, if one is chosen, and returns a sentence about it. */
   async save(text, name, format, width, purpose = "") {
+    if (format === "xml") name = resourceName(name);
     const options = { format, name, ...(purpose && { for: purpose }) };
     if (format === "png") Object.assign(options, { width, transparent: /<rect id="background"/.test(text) ? 0 : 1 });
     if (this.folder && this.server.isOnline) {
@@ -65,6 +66,12 @@ export class Saver {
     const response = await this.server.export(text, options);
     return { blob: await response.blob(), losses: JSON.parse(response.headers.get("Warpvec-Losses") ?? "[]") };
   }
+}
+
+/** Returns `name` as Android wants names of resources: small letters, digits and underscores, a letter first. */
+function resourceName(name) {
+  const words = name.toLowerCase().replace(/[^a-z0-9]+/g, "_");
+  return /^[a-z]/.test(words) ? words : `drawing_${words}`;
 }
 
 function sentence(name, bytes, losses, place = "") {
