@@ -1,0 +1,67 @@
+"""The grid of a drawing is found by its numbers, and only those that are surely meant to be there are put on it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from chain_pictures import line, quarter
+
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.grid import Grid, grid_of, hold_grid
+from warpvec.flat.chains.parts import ARC, radius_of
+from warpvec.flat.chains.sketch import parted, sketch_of
+
+UNIT = 512 / 24
+NATS = 8.5
+
+
+def rough(units: list[float], spread: float = 0.05) -> np.ndarray:
+    noise = np.random.default_rng(0).normal(0.0, spread, len(units))
+    return UNIT * np.array(units) + noise
+
+
+@pytest.mark.parametrize("more", [[], [3.37, 8.81]], ids=["all", "but two"])
+def test_a_dozen_rough_numbers_tell_the_grid_of_24(more: list[float]):
+    values = rough([2, 3, 4.5, 7, 10, 12, 14.5, 16, 20, 21.5, 22, *more])
+    found = grid_of(values, (512, 512), 0.1)
+
+    assert found is not None and found.side == 24
+    held = found.held(values) / UNIT
+    assert np.allclose(held[:11], [2, 3, 4.5, 7, 10, 12, 14.5, 16, 20, 21.5, 22])
+    assert np.isnan(held[11:]).all()
+
+
+def test_numbers_at_random_have_none():
+    count = sum(grid_of(np.random.default_rng(k).uniform(10, 500, 24), (512, 512), 0.1) is not None for k in range(100))
+    assert count <= 1
+
+
+def test_a_number_that_is_said_often_is_one_proof():
+    assert grid_of(np.repeat(rough([2, 3, 7]), 8), (512, 512), 0.1) is None
+
+
+def test_a_grid_that_is_given_needs_no_proof_and_off_has_none():
+    values = rough([2, 3.3])
+    given = grid_of(values, (512, 512), 0.1, "24")
+    assert given is not None and given.side == 24
+    assert grid_of(rough([*range(2, 20)]), (512, 512), 0.1, "off") is None
+
+
+def test_a_node_between_a_line_and_an_arc_follows_from_the_radius():
+    """Along the line it is off by more than what is taken for a multiple by itself."""
+    corner = UNIT * np.array([4.0, 20.0])
+    curves = np.concatenate(
+        [
+            line((UNIT * 4, UNIT * 3), (UNIT * 4, UNIT * 18 - 0.6)),
+            quarter((UNIT * 4, UNIT * 18 - 0.6), tuple(corner), (UNIT * 6 + 0.6, UNIT * 20)),
+            line((UNIT * 6 + 0.6, UNIT * 20), (UNIT * 21, UNIT * 20)),
+        ]
+    )
+    sketch = sketch_of([parted(Chain.of(curves, is_closed=False), 0.1, NATS)], 0.1)
+    shares = np.array([0.6, 0.1, 0.1, 0.05, 0.15])
+    hold_grid(sketch, Grid(UNIT, 24, shares, 0.25, 50.0))
+
+    (arc,) = sketch.rows_of_kind(ARC)
+    numbers = sketch.of(int(arc))
+    assert abs(abs(float(radius_of(numbers[None])[0])) / UNIT - 2.0) < 1e-3
+    assert np.allclose(numbers[:4] / UNIT, [4, 18, 6, 20], atol=2e-3)

@@ -1,0 +1,42 @@
+"""Ends of strokes that lie under others meet where their centre lines do, and ends that show stay."""
+
+from __future__ import annotations
+
+import numpy as np
+from chain_pictures import line
+
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.joined_ends import with_met_ends
+
+WIDTH = 20.0
+
+
+def met(*lines: tuple[tuple[float, float], tuple[float, float]]) -> list[np.ndarray]:
+    chains = {k: Chain.of(line(*each), is_closed=False) for k, each in enumerate(lines)}
+    found = with_met_ends(chains, np.full(len(chains), WIDTH))
+    return [np.stack([found[k].points[0], found[k].points[-1]]) for k in range(len(chains))]
+
+
+def test_the_three_ends_of_an_arrow_meet_at_its_tip():
+    shaft, above, below = met(((102, 100), (300, 100)), ((98, 101.5), (160, 40)), ((98.5, 98), (160, 160)))
+
+    assert np.allclose(shaft[0], above[0]) and np.allclose(shaft[0], below[0])
+    assert np.linalg.norm(shaft[0] - [99.0, 100.0]) < 2.0
+    assert np.allclose(shaft[1], [300, 100]) and np.allclose(above[1], [160, 40])
+
+
+def test_an_end_that_lies_on_a_line_ends_there():
+    bar, stem = met(((40, 50), (200, 50)), ((120, 53), (120, 150)))
+
+    assert np.allclose(stem[0], [120, 50], atol=0.1)
+    assert np.allclose(bar, [[40, 50], [200, 50]])
+
+
+def test_an_end_that_shows_stays():
+    _, stem = met(((40, 50), (200, 50)), ((120, 58), (120, 150)))
+    assert np.allclose(stem[0], [120, 58])
+
+
+def test_lines_of_one_direction_meet_halfway():
+    left, right = met(((40, 50), (120, 50)), ((123, 50), (200, 50)))
+    assert np.allclose(left[1], right[0]) and abs(left[1, 0] - 121.5) < 0.1
