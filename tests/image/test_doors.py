@@ -61,11 +61,11 @@ def test_pages_of_a_pdf_at_the_resolution_of_their_picture(number: int) -> None:
     grey = np.full((30, 40), 96, np.uint8)
     data = pdf(COLORS, grey, COLORS[:, ::-1], resolution=300.0)
     found = read_picture(data, page=number)
-    assert found.note == f"page {number} of 3"
+    assert found.unread == f"all but page {number} of 3"
     assert found.pixels.shape[:2] == ((30, 40) if number == 2 else (SIDE, SIDE))
     middle = (found.pixels[15, 10] * 255).round()
     assert abs(middle - [(255, 0, 0), (96, 96, 96), (0, 0, 255)][number - 1]).max() <= 5  # it is a JPEG
-    assert read_picture(data).note == "page 1 of 3"
+    assert read_picture(data).unread == "all but page 1 of 3"
     assert "at most 3" in complaint(read_picture, data, page=4)
 
 
@@ -81,9 +81,9 @@ def test_light_of_exr() -> None:
     np.testing.assert_allclose(read_image(written({"RGB": light})), srgb_encoded(light), atol=2e-4)
     clear = np.dstack([light * 0.5, np.full((4, 5, 1), 0.5, np.float32)])  # colours are times alpha
     np.testing.assert_allclose(read_image(written({"RGBA": clear}))[..., :3], srgb_encoded(light), atol=2e-4)
-    assert read_picture(written({"RGB": light})).note is None
+    assert read_picture(written({"RGB": light})).unread is None
     bright = read_picture(written({"RGB": 4 * light}))
-    assert bright.note == "what is no brighter than white"
+    assert bright.unread == "light that is brighter than white"
     np.testing.assert_allclose(bright.pixels, srgb_encoded((4 * light).clip(0, 1)), atol=2e-4)
     assert "channels Z" in complaint(read_image, written({"Z": light[..., 0]}))
 
@@ -109,7 +109,7 @@ def test_pages_of_a_tiff() -> None:
     first, second = Image.fromarray(COLORS), Image.fromarray(COLORS[:, ::-1])
     first.save(stream, "TIFF", save_all=True, append_images=[second])
     assert levels(stream.getvalue(), 2).tolist() == COLORS[:, ::-1].tolist()
-    assert read_picture(stream.getvalue()).note == "page 1 of 2"
+    assert read_picture(stream.getvalue()).unread == "all but page 1 of 2"
     assert "at most 2" in complaint(read_picture, stream.getvalue(), page=3)
     assert "TIFF or PDF" in complaint(read_picture, encode(COLORS), page=1)
     assert "at least 1" in complaint(read_picture, encode(COLORS), page=0)

@@ -19,7 +19,7 @@ from warpvec.drawing.given import encoding_like, place_on_picture, read_drawing
 from warpvec.drawing.not_kept import not_kept
 from warpvec.edit import cut_out
 from warpvec.goals.search import within_limit
-from warpvec.image.read import read_image
+from warpvec.image.read import read_picture
 from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.path_count import CORRECTION_RATE
@@ -66,7 +66,8 @@ def run_job(
     Raises:
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
     """
-    given = pixels = read_image(job.data, name="picture")
+    pixels, unread, _ = read_picture(job.data, name="picture")
+    given = pixels
     mode, reason, known = job.settings.mode, None, None
     if mode == "auto":
         known = Restoration.of(_request(job, pixels, job.settings.config("flat"), watch))
@@ -95,7 +96,10 @@ def run_job(
     if not is_fitted_again and result.config.mode != mode:  # its drawing has shown that the picture is of another kind
         kind = {"mode": result.config.mode, "reason": drawing.mode_reason}
         report("mode", {**kind, "width": width, "height": height})
-    return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
+    facts = result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
+    if unread and facts["not_kept"] is not None:
+        facts["not_kept"].insert(0, unread)
+    return facts
 
 
 def _cut_facts(job: FitJob, pixels: NDArray[np.float32], watch: Watch) -> dict[str, Any]:

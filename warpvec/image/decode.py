@@ -160,8 +160,8 @@ def _decoded(
     if not isinstance(image, TiffImagePlugin.TiffImageFile):
         refuse_page(page)
         return Decoded(_upright_samples(image, label, name, matrix))
-    note, meters = tiff.choose_page(image, page), world_width(image)
-    return Decoded(_upright_samples(image, label, name, matrix), note, meters)
+    unread, meters = tiff.choose_page(image, page), world_width(image)
+    return Decoded(_upright_samples(image, label, name, matrix), unread, meters)
 
 
 def _upright_samples(image: Image.Image, label: str, name: str, matrix: NDArray[np.float64] | None) -> NDArray[Any]:

@@ -19,9 +19,9 @@ def work(data: bytes, label: str, name: str, page: int | None) -> list[bytes | m
 
 
 def sent(found: Decoded) -> list[bytes | memoryview]:
-    """Return the type and the shape of the samples, the note and the width, a line of JSON; and the samples."""
+    """Return the samples after a line of JSON: what was left out, the width, the type and the shape."""
     samples = np.ascontiguousarray(found.samples)
-    head = [found.note, found.meters, samples.dtype.name, *samples.shape]
+    head = [found.unread, found.meters, samples.dtype.name, *samples.shape]
     return [json.dumps(head).encode() + b"\n", samples.data.cast("B")]
 
 

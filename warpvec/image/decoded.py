@@ -14,17 +14,17 @@ class Decoded(NamedTuple):
 
     Attributes:
         samples: an array that `warpvec.image.read.read_image` takes.
-        note: which part of the file they are, such as "page 2 of 3"; None for all.
+        unread: what of the file was left out, such as "all but page 2 of 3"; None for nothing.
         meters: width of what the picture shows in the world; None if the file does not state it.
     """
 
     samples: NDArray[Any]
-    note: str | None = None
+    unread: str | None = None
     meters: float | None = None
 
 
 def page_index(page: int | None, count: int) -> tuple[int, str | None]:
-    """Return the index of a ``page``, which counts from 1, and its note.
+    """Return the index of a ``page``, which counts from 1, and what is left out, in words.
 
     Args:
         page: None for the first.
@@ -36,7 +36,7 @@ def page_index(page: int | None, count: int) -> tuple[int, str | None]:
     page = 1 if page is None else page
     if page > count:
         raise InputError("page", f"must be at most {count}, the pages of the file", str(page), "give another")
-    return page - 1, f"page {page} of {count}" if count > 1 else None
+    return page - 1, f"all but page {page} of {count}" if count > 1 else None
 
 
 def refuse_page(page: int | None) -> None:

@@ -42,12 +42,12 @@ class PictureFile(NamedTuple):
 
     Attributes:
         pixels: as `read_image` returns them.
-        note: which part of the file was read, such as "page 2 of 3"; None for all.
+        unread: what of the file was left out, such as "all but page 2 of 3"; None for nothing.
         meters: width of what the picture shows in the world, as a GeoTIFF states it; None for none.
     """
 
     pixels: NDArray[np.float32]
-    note: str | None
+    unread: str | None
     meters: float | None
 
 
@@ -87,7 +87,7 @@ def read_picture(
         pixels = _visible(samples)
     else:
         pixels = _composite(samples, np.ones(3, np.float32) if backdrop is None else backdrop)
-    return PictureFile(pixels, found.note, found.meters)
+    return PictureFile(pixels, found.unread, found.meters)
 
 
 def _load(source: ImageSource, name: str, page: int | None) -> Decoded:
@@ -160,12 +160,12 @@ def _received(result: bytes) -> Decoded:
         ValueError: these are none.
     """
     head, mark, _ = result[:_HEAD_BYTES].partition(b"\n")
-    note, meters, kind, *shape = json.loads(head)
+    unread, meters, kind, *shape = json.loads(head)
     if kind not in _KINDS or not all(type(side) is int and side > 0 for side in shape):
         raise ValueError("no samples")
-    if not (isinstance(note, str | None) and isinstance(meters, float | None)):
+    if not (isinstance(unread, str | None) and isinstance(meters, float | None)):
         raise ValueError("no facts")
-    return Decoded(np.frombuffer(result, kind, offset=len(head + mark)).reshape(shape), note, meters)
+    return Decoded(np.frombuffer(result, kind, offset=len(head + mark)).reshape(shape), unread, meters)
 
 
 def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:

@@ -28,7 +28,7 @@ class OtherLayout(ValueError):
 
 
 def choose_page(image: TiffImagePlugin.TiffImageFile, page: int | None) -> str | None:
-    """Go to a ``page`` of an opened TIFF file, which counts from 1, and return the note of it.
+    """Go to a ``page`` of an opened TIFF file, which counts from 1, and return what is left out, in words.
 
     None is the first page that is no smaller copy of another.
 
@@ -36,9 +36,9 @@ def choose_page(image: TiffImagePlugin.TiffImageFile, page: int | None) -> str |
         InputError: the file does not have this page.
     """
     count = image.n_frames
-    index, note = page_index(_first_page(image, count) if page is None else page, count)
+    index, unread = page_index(_first_page(image, count) if page is None else page, count)
     image.seek(index)
-    return note
+    return unread
 
 
 def _first_page(image: TiffImagePlugin.TiffImageFile, count: int) -> int:

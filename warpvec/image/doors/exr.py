@@ -43,7 +43,7 @@ def _decoded(channels: dict[str, Any]) -> Decoded:
         pixels[..., :3] = _colors_of(pixels)
     is_bright = bool((pixels > 1.0).any())
     pixels[..., :3] = srgb_encoded(pixels[..., :3].clip(0.0, 1.0))
-    return Decoded(pixels, "what is no brighter than white" if is_bright else None)
+    return Decoded(pixels, "light that is brighter than white" if is_bright else None)
 
 
 def _colors_of(pixels: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -27,12 +27,12 @@ def work(data: bytes, label: str, name: str, page: int | None) -> list[bytes | m
     """Return what `warpvec.image.decode_work.work` does, at the resolution of the finest picture of the page."""
     with guarded(label, name):
         document = pypdfium2.PdfDocument(data)
-        index, note = page_index(page, len(document))
+        index, unread = page_index(page, len(document))
         found = document[index]
         scale = (_resolution(found) or VECTOR_DPI) / POINTS * (1.0 - _ROUNDING)
         width, height = (math.ceil(side * scale) for side in found.get_size())
         check_size(width, height, False, label, name)
-        return sent(Decoded(found.render(scale=scale, rev_byteorder=True).to_numpy()[..., :3], note))
+        return sent(Decoded(found.render(scale=scale, rev_byteorder=True).to_numpy()[..., :3], unread))
 
 
 def _resolution(page: pypdfium2.PdfPage) -> float | None:

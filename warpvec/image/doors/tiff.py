@@ -27,11 +27,11 @@ def work(data: bytes, label: str, name: str, page: int | None) -> list[bytes | m
     with guarded(label, name), tifffile.TiffFile(BytesIO(data)) as file:
         pages = file.pages
         first = next((k + 1 for k, each in enumerate(pages) if not each.is_reduced), 1)
-        index, note = page_index(first if page is None else page, len(pages))
+        index, unread = page_index(first if page is None else page, len(pages))
         found = pages[index]
         assert isinstance(found, tifffile.TiffPage)
         check_size(found.imagewidth, found.imagelength, bool(found.extrasamples), label, name)
-        return sent(Decoded(_samples(found), note))
+        return sent(Decoded(_samples(found), unread))
 
 
 def _samples(page: tifffile.TiffPage) -> NDArray[Any]:
