@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
@@ -139,9 +138,12 @@ def _decode_file(data: bytes, label: str, name: str, page: int | None) -> Decode
     except InputError as error:
         if error.remedy != OTHER_TIFF or not TIFF.is_open:
             raise
-        with suppress(InputError):  # what Pillow says of it counts
+        try:
             return _decode_in_sandbox(f"doors.{TIFF.work}", data, label, name, page)
-        raise
+        except InputError as other:
+            if other.name == "page":
+                raise
+        raise  # what Pillow says of it
 
 
 def _decode_in_sandbox(work: str, data: bytes, label: str, name: str, page: int | None) -> Decoded:
