@@ -46,7 +46,7 @@ function statusText(picture) {
 
 /** Returns the figures of a frame. Under a limit of bytes, its size is not that of the file, which is found at the end. */
 function frameRows({ paths, psnr, left }) {
-  const rows = [["Paths", paths.toLocaleString("en")]];
+  const rows = paths === null ? [] : [["Paths", paths.toLocaleString("en")]];
   if (psnr !== null) rows.push(["Closeness", formatDb(psnr), CLOSENESS_HINT]);
   if (left !== null && left !== undefined) rows.push(["Time left", formatSeconds(left)]);
   return rows;
