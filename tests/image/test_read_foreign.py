@@ -96,7 +96,8 @@ def test_samples_that_pillow_takes_for_others_are_refused():
     unspecified = tiff((SIDE, [four], {258: [8] * 4, 262: [2], 277: [4], 338: [0]}))
     signed = grey_tiff(COLORS[..., 0], t258=[8], t262=[1], t339=[2])
     wide = grey_tiff(GREY.astype("<f4"), t258=[32], t262=[1], t339=[3])
-    cases = [(bands, "4 bands"), (unspecified, "number 4"), (signed, "sign"), (wide, "[0, 1]")]
+    heights = grey_tiff(GREY // 2, t258=[16], t262=[1], t339=[2])
+    cases = [(heights, "sign"), (bands, "4 bands"), (unspecified, "number 4"), (signed, "sign"), (wide, "[0, 1]")]
     for data, words in cases:
         assert words in complaint(read_image, data)
 

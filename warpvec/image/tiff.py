@@ -71,8 +71,8 @@ def check_samples(image: Image.Image) -> None:
     tags = image.tag_v2
     bits, formats = (max(np.atleast_1d(tags.get(tag, 1))) for tag in (258, 339))
     count, photometric = tags.get(277, 1), tags.get(262)
-    if bits == 8 and formats == _SIGNED:
-        raise ValueError("samples of 8 bits with a sign; save it without")
+    if bits in (8, 16) and formats == _SIGNED:
+        raise ValueError(f"samples of {bits} bits with a sign, such as heights; save it without, over the whole range")
     if photometric in _GREY and count > len(image.getbands()):
         raise ValueError(f"{count} bands, which are no colours; save one band, or three as RGB")
     if photometric == _RGB and count > len(image.getbands()):
