@@ -80,13 +80,13 @@ def read_picture(
     backdrop = None if background is None else parse_color(background)
     if page is not None:
         check_count("page", page, 1)
-    found = _load(source, name, page)
-    samples = _unit_samples(found.samples, name)
+    samples, unread, meters = _load(source, name, page)
+    samples = _unit_samples(samples, name)  # the largest image of a file takes memory that is free from here on
     if backdrop is None and samples.shape[2] in (2, 4) and samples[..., -1].min() < 1:
         pixels = _visible(samples)
     else:
         pixels = _composite(samples, np.ones(3, np.float32) if backdrop is None else backdrop)
-    return PictureFile(pixels, found.unread, found.meters)
+    return PictureFile(pixels, unread, meters)
 
 
 def _load(source: ImageSource, name: str, page: int | None) -> Decoded:
