@@ -224,8 +224,8 @@ def _fit(
             failure = error
         recorder.end(result)
     if PURPOSES[options["purpose"]].has_picture and out != "-" and failure is None:
-        picture = f"{out}.png"
-        SideFile(f"--for {options['purpose']}").attempt(write_atomic, picture, result.encoded(picture))
+        beside = f"{out}.png"
+        SideFile(f"--for {options['purpose']}").attempt(write_atomic, beside, result.encoded(beside))
     if options["why"] is not None:
         lines = "".join(f"{decision.line()}\n" for decision in decisions)
         SideFile("--why").attempt(write_atomic, options["why"], lines.encode())
