@@ -2,7 +2,7 @@
 
 A file is drawn right if no pixel is more than ``FAR`` levels off, refused if one line says so, and else wrong. What a
 program that is not installed would write is left out. The programs: ImageMagick 6 (``convert``), netpbm, and the
-packages Pillow, tifffile, imagecodecs, psd-tools and pillow-heif.
+packages Pillow, tifffile, imagecodecs, psd-tools, pillow-heif, OpenEXR and pyora.
 """
 
 from __future__ import annotations
@@ -106,6 +106,19 @@ def _heif(path: Path, pixels: Pixels, _: Path) -> None:
     import_module("pillow_heif").from_pillow(Image.fromarray(pixels)).save(path, quality=95)
 
 
+def _exr(path: Path, pixels: Pixels, _: Path) -> None:
+    exr, levels = import_module("OpenEXR"), pixels / 255
+    light = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
+    exr.File(header, {"RGB": light}).write(str(path))
+
+
+def _ora(path: Path, pixels: Pixels, _: Path) -> None:
+    project = import_module("pyora").Project.new(pixels.shape[1], pixels.shape[0])
+    project.add_layer(Image.fromarray(pixels), "layer")
+    project.save(str(path))
+
+
 _MAGICK = "ImageMagick"
 
 FORMATS = (
@@ -155,6 +168,12 @@ FORMATS = (
     Format("Radiance HDR", _MAGICK, "colours", _convert("hdr")),
     Format("MIFF", _MAGICK, "colours", _convert("miff")),
     Format("PDF", _MAGICK, "colours", _convert("pdf")),
+    Format("PDF of a scan", "Pillow", "colours", _pillow("PDF", resolution=300.0, quality=95, subsampling=0)),
+    Format("TIFF, CMYK with alpha", "tifffile", "colours", _tifffile(
+        lambda p: np.dstack([255 - p, np.zeros_like(p[..., 0]), np.full_like(p[..., 0], 255)]),
+        photometric="separated", extrasamples=["unassalpha"])),
+    Format("OpenEXR", "OpenEXR", "colours", _exr),
+    Format("OpenRaster", "pyora", "alpha", _ora),
 )  # fmt: skip
 
 

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import io
 import struct
+import zipfile
 from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageCms
@@ -128,6 +132,54 @@ def _jpeg2000s() -> list[bytes]:
     ]  # fmt: skip
 
 
+def _doors() -> list[bytes]:
+    """Return files of the kinds that packages of the extra "formats" read, as far as they are installed."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("mergedimage.png", _encoded("PNG", _pixels("RGBA")))
+    pages = {"save_all": True, "append_images": [_pixels("L", 1)]}
+    found = [archive.getvalue(), _encoded("PDF", _pixels("RGB"), **pages)]
+    for package, make in (
+        ("pillow_jxl", _jxls),
+        ("pillow_heif", _heics),
+        ("OpenEXR", _exrs),
+        ("tifffile", _color_tiffs),
+    ):
+        if find_spec(package) is not None:
+            found += make(import_module(package))
+    return found
+
+
+def _jxls(package: Any) -> list[bytes]:
+    return [_encoded("JXL", _pixels(mode)) for mode in ("RGB", "RGBA", "L")]
+
+
+def _heics(package: Any) -> list[bytes]:
+    streams = [io.BytesIO(), io.BytesIO()]
+    for stream, mode in zip(streams, ("RGB", "RGBA"), strict=True):
+        package.from_pillow(_pixels(mode).resize((64, 64))).save(stream, quality=50)
+    return [stream.getvalue() for stream in streams]
+
+
+def _exrs(package: Any) -> list[bytes]:
+    found, pixels = [], np.linspace(0, 2, 6 * 9 * 4, dtype=np.float16).reshape(6, 9, 4)
+    for compression in (package.ZIP_COMPRESSION, package.PIZ_COMPRESSION, package.NO_COMPRESSION):
+        header = {"compression": compression, "type": package.scanlineimage}
+        package.File(header, {"RGBA": pixels}).write(stream := io.BytesIO())
+        found.append(stream.getvalue())
+    return found
+
+
+def _color_tiffs(package: Any) -> list[bytes]:
+    colors, inks = np.linspace(0, 1, 162, dtype=np.float32).reshape(6, 9, 3), np.arange(270, dtype=np.uint8)
+    streams = [io.BytesIO() for _ in range(3)]
+    package.imwrite(streams[0], colors, photometric="rgb")
+    package.imwrite(streams[1], inks.reshape(6, 9, 5), photometric="separated", extrasamples=["unassalpha"])
+    planes = (colors.transpose(2, 0, 1) * 65535).astype(np.uint16)
+    package.imwrite(streams[2], planes, photometric="rgb", planarconfig="separate")
+    return [stream.getvalue() for stream in streams]
+
+
 def _pixels(mode: str, seed: int = 0) -> Image.Image:
     noise = np.random.default_rng(seed).integers(0, 256, (6, 9, 4), np.uint8)
     return Image.fromarray(noise).convert("RGB").convert(mode) if mode != "RGBA" else Image.fromarray(noise)
@@ -145,4 +197,5 @@ def _encoded(format: str, image: Image.Image, **options: object) -> bytes:
 
 _MAKERS = {"png": _pngs, "jpeg": _jpegs, "webp": _webps, "tiff": _tiffs, "bmp": _bmps, "gif": _gifs}
 _MAKERS |= {"avif": _avifs, "netpbm": _netpbms, "psd": _psds, "icon": _icons, "other": _others, "jp2": _jpeg2000s}
+_MAKERS |= {"door": _doors}
 KINDS = tuple(_MAKERS)

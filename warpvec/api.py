@@ -11,7 +11,7 @@ from warpvec.drawing.file_options import FileOptions
 from warpvec.drawing.given import read_drawing
 from warpvec.errors import InputError
 from warpvec.goals.goal import settings_and_goal
-from warpvec.image.read import ImageSource, read_image
+from warpvec.image.read import ImageSource, read_picture
 from warpvec.inputs import read_file
 from warpvec.keywords.signature import with_keywords
 from warpvec.keywords.table import FILE_OPTIONS
@@ -33,6 +33,7 @@ def vectorize(
     *,
     preset: str = "default",
     background: str | None = None,
+    page: int | None = None,
     metadata: bool = True,
     on_progress: OnProgress | None = None,
     **options: Unpack[Keywords],
@@ -46,6 +47,7 @@ def vectorize(
             number, it is the most that may be used.
         preset: name of one of `warpvec.PRESETS`.
         background: colour behind a transparent image; None keeps it transparent.
+        page: of a TIFF or PDF file, from 1; None for the first.
         metadata: store the settings in the file.
         on_progress: called after every iteration; it should be quick.
         options: the keywords of `warpvec.keywords.typed.Keywords`. Settings replace those of the preset. Goals are
@@ -60,8 +62,9 @@ def vectorize(
     config, goal = settings_and_goal(preset, asked)
     resolve_device(config.device)  # report an unknown device before reading the image
     title = title_of(image)
-    pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
-    request = Request.of(pixels, config, goal, title=title, options=file_options, watch=watch)
+    pixels, unread, _ = read_picture(image, background, name="image", page=page)
+    watch = Watch(on_progress, config.time_budget)
+    request = Request.of(pixels, config, goal, title=title, unread=unread, options=file_options, watch=watch)
     return Result(draw_picture(request), watch.facts())
 
 
@@ -73,6 +76,7 @@ def refine(
     *,
     preset: str = "default",
     background: str | None = None,
+    page: int | None = None,
     metadata: bool = True,
     free: bool = False,
     on_progress: OnProgress | None = None,
@@ -90,7 +94,7 @@ def refine(
         curves: number of paths, by default as many as there are. New paths are added where the picture is worst; paths
             with the lowest removal cost are removed. "auto" and goals as in `vectorize`.
         free: let smooth nodes become corners, lines curves, opaque paths translucent, and paths cross themselves.
-        preset, background, metadata, on_progress: as in `vectorize`.
+        preset, background, page, metadata, on_progress: as in `vectorize`.
         options: as in `vectorize`. ``recycle_gap`` is 0 by default, ``precision`` that of the file, and ``iterations``
             at most 500 without a goal; 0 writes the drawing as it was read. ``opacity="opaque"`` first makes every path
             opaque, which may make the drawing worse. ``blur`` is "0" by default: with a deviation in pixels or "auto",
@@ -104,8 +108,9 @@ def refine(
     asked, file_options = _asked(curves, metadata, options)
     config, goal, iterations = refine_settings(drawing, preset, asked)
     resolve_device(config.device)
-    pixels, watch = read_image(image, background, name="image"), Watch(on_progress, config.time_budget)
-    request = Request.of(pixels, config, goal, title=title_of(image), options=file_options, watch=watch)
+    pixels, unread, _ = read_picture(image, background, name="image", page=page)
+    watch, title = Watch(on_progress, config.time_budget), title_of(image)
+    request = Request.of(pixels, config, goal, title=title, unread=unread, options=file_options, watch=watch)
     mode = Refine(drawing, data, iterations, free, blur=blur_to_undo(asked))
     return Result(mode.draw(request), watch.facts())
 

@@ -11,6 +11,17 @@ from commands import invoke
 from PIL import Image, ImageDraw, ImageFilter
 
 from warpvec.app.export import encode
+from warpvec.app.mailbox import Mailbox
+from warpvec.app.messages import FitJob
+from warpvec.app.settings import FitSettings
+from warpvec.app.work import Worker
+
+
+class IdleMailbox(Mailbox):
+    """A mailbox without messages."""
+
+    def __init__(self) -> None:
+        self._stops, self._number = {}, 0
 
 
 def write_shadow(path: Path) -> Path:
@@ -54,6 +65,18 @@ def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(write,
     stated = [line for line in said.splitlines() if line.startswith(("for ", "not kept in "))]
     assert made.losses == stated
     assert bool(stated) == (write is write_shadow and kind in ("pdf", "eps", "dxf", "xml"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("write", [write_shadow, write_discs])
+def test_the_worker_of_the_page_draws_what_the_command_does(write, tmp_path: Path) -> None:
+    source = write(tmp_path / "picture.png")
+    said = invoke("run", source).stdout
+    found = Worker(IdleMailbox(), lambda report: None, None).do(
+        FitJob(1, source.read_bytes(), "picture", FitSettings({}))
+    )
+    assert found["svg"] == (tmp_path / "picture.svg").read_text()
+    assert [f"not kept: {words}" for words in found["not_kept"]] == re.findall("not kept: .*", said)
 
 
 def test_a_purpose_that_there_is_not_is_refused() -> None:

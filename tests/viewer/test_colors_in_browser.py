@@ -95,3 +95,30 @@ def test_the_width_is_stated_in_millimetres_and_undone(open_page) -> None:
     page.page.locator("#undo").click()
     assert 'width="100" height="80"' in page.saved()
     assert page.page.input_value("#size-width") == "100"
+
+
+ONE_COLOR = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"
+ width="100" height="80" viewBox="0 0 100 80">
+<g id="red" inkscape:groupmode="layer" inkscape:label="1 red #c03020"><path fill="#c03020" d="M0 0h30v30h-30z"/>
+<path fill="#c03020" d="M40 0h30v30h-30z"/><path fill="#c03020" d="M0 40h30v30h-30z"/></g>
+<g id="shades" inkscape:groupmode="layer" inkscape:label="2 grey #808080, shaded"><path fill="#808080" d="M80 0h9v9z"/>
+<path fill="#888888" d="M80 40h9v9z"/></g>
+</svg>"""
+
+
+def test_a_layer_of_one_colour_is_saved_apart_when_some_of_it_is_recoloured(open_page) -> None:
+    def labels() -> list[str]:
+        return re.findall('inkscape:label="([^"]+)"', page.saved())
+
+    page = open_page(ONE_COLOR)
+    assert labels() == ["1 red #c03020", "2 grey #808080, shaded"]
+    page.click(50, 10)
+    page.slide("fill", "#2040c0")
+    assert labels() == ["1 red #c03020", "2 blue #2040c0", "3 red #c03020", "4 grey #808080, shaded"]
+    text = page.saved()
+    assert len(set(re.findall('<g id="([^"]+)"', text))) == 4
+    page.press("Control+z")
+    assert labels() == ["1 red #c03020", "2 grey #808080, shaded"]
+    assert [name.split()[0] for name in re.findall('label="[0-9] ([^"]+)"', open_page(text).saved())] == [
+        "red", "blue", "red", "grey",
+    ]  # fmt: skip

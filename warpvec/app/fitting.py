@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.app.frames import Best, FrameWriter
 from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
 from warpvec.config.fit_config import FitConfig
@@ -19,7 +21,8 @@ from warpvec.drawing.given import encoding_like, place_on_picture, read_drawing
 from warpvec.drawing.not_kept import not_kept
 from warpvec.edit import cut_out
 from warpvec.goals.search import within_limit
-from warpvec.image.read import read_image
+from warpvec.image.picture import reduce_image
+from warpvec.image.read import read_picture
 from warpvec.modes.choice import chosen_mode, draw_picture
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.path_count import CORRECTION_RATE
@@ -33,6 +36,7 @@ from warpvec.polish.recoloured import in_colors_of
 from warpvec.result import Result
 from warpvec.svg.measure import file_facts, file_quality
 from warpvec.svg.write import runs_of
+from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Watch
 
 LATE_SHARE = 0.5
@@ -58,7 +62,8 @@ def run_job(
 
     Args:
         job: what to do.
-        report: called with "mode" and facts when the kind of picture is known, and again if it proves to be another.
+        report: called with "mode" and facts when the kind of picture is known, and again if it proves to be another;
+            and with "frame" and the present drawing, if the watch has a function to be called after iterations.
         watch: progress and stop of the job.
         threads: CPU threads; None for all cores.
         outlines: of the picture of the last job, for a job that changes its detail; they become those of this job.
@@ -66,7 +71,8 @@ def run_job(
     Raises:
         InputError: the picture or the drawing to go on from cannot be read, or the settings do not fit together.
     """
-    given = pixels = read_image(job.data, name="picture")
+    pixels, unread, _ = read_picture(job.data, name="picture")
+    given = pixels
     mode, reason, known = job.settings.mode, None, None
     if mode == "auto":
         known = Restoration.of(_request(job, pixels, job.settings.config("flat"), watch))
@@ -76,6 +82,12 @@ def run_job(
     hole = None if job.erased is None else hole_of(pixels, job.erased)
     if hole is not None:
         pixels = erase(pixels, hole)
+    best = None
+    if mode != "photo" and not (job.start is not None and (job.cuts or job.keeps_paths)):
+        best = Best.rough(pixels, reduce_image(pixels, job.settings.config(mode).fit_size), threads)
+        if job.start is None and watch.on_progress is not None:
+            report("frame", {**best.facts(), "iteration": 0, "iterations": 0, "seconds": watch.seconds(), "left": None})
+    _show_frames(watch, FrameWriter(width, height, partial(report, "frame"), best))
     if job.start is not None and job.cuts:
         return _cut_facts(job, given, watch)
     if job.start is not None and job.keeps_paths:
@@ -95,7 +107,23 @@ def run_job(
     if not is_fitted_again and result.config.mode != mode:  # its drawing has shown that the picture is of another kind
         kind = {"mode": result.config.mode, "reason": drawing.mode_reason}
         report("mode", {**kind, "width": width, "height": height})
-    return result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
+    facts = result_facts(result, None if pixels is given else given, is_fitted_again=is_fitted_again)
+    if unread and facts["not_kept"] is not None:
+        facts["not_kept"].insert(0, unread)
+    return facts
+
+
+def _show_frames(watch: Watch, writer: FrameWriter) -> None:
+    """Let ``writer`` see each iteration, after the function that is called already; without one nobody looks."""
+    before = watch.on_progress
+    if before is None:
+        return
+
+    def show(progress: Progress) -> None:
+        before(progress)
+        writer(progress)
+
+    watch.on_progress = show
 
 
 def _cut_facts(job: FitJob, pixels: NDArray[np.float32], watch: Watch) -> dict[str, Any]:

@@ -53,8 +53,8 @@ class Stop:
 class Report:
     """News of the worker: of the job ``number``, or of itself if that is 0.
 
-    ``kind`` is "ready" (the kernels are loaded), "mode" (the mode found), "stage" (what is done now, in words), "frame"
-    (the present drawing), "done" or "failed". ``facts`` go to the page as they are.
+    ``kind`` is "ready" (the kernels are loaded), "mode" (the mode found), "stage" (what is done now, and how long that
+    may take), "frame" (the present drawing), "done" or "failed". ``facts`` go to the page as they are.
     """
 
     kind: str

@@ -10,6 +10,7 @@ import secrets
 from warpvec import __version__
 from warpvec.app.controls import controls_data, controls_markup
 from warpvec.app.uses import uses_markup
+from warpvec.image.formats import SUFFIXES
 from warpvec.viewer import page as viewer
 from warpvec.viewer.modules import asset, module_scripts, module_texts
 from warpvec.writers.png import SIDE_MAX
@@ -50,5 +51,5 @@ def page_text(key: str) -> tuple[str, str]:
 def _panel() -> str:
     """Return the elements of the panel that makes drawings."""
     panel = asset("app", "desk.html").replace("<!-- controls -->", controls_markup())
-    panel = panel.replace("<!-- purposes -->", uses_markup())
+    panel = panel.replace("<!-- purposes -->", uses_markup()).replace("<!-- suffixes -->", ",".join(SUFFIXES))
     return panel.replace("<!-- widest png -->", str(SIDE_MAX))

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from warpvec.app.fitting import result_facts, run_job
-from warpvec.app.frames import FrameWriter
 from warpvec.app.mailbox import Mailbox
 from warpvec.app.messages import FitJob, Report
 from warpvec.app.settings import FitSettings
+from warpvec.app.stage_times import StageTimes
 from warpvec.modes.choice import draw_picture
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.request import Request
 from warpvec.result import Result
-from warpvec.watch.progress import Progress
 from warpvec.watch.watch import Watch
 
 
@@ -32,7 +31,7 @@ class Worker:
 
     def __init__(self, mailbox: Mailbox, send: Callable[[Report], None], threads: int | None) -> None:
         self._mailbox, self._send, self._threads = mailbox, send, threads
-        self._outlines = KnownOutlines()
+        self._outlines, self._times = KnownOutlines(), StageTimes()
 
     def warm_up(self) -> None:
         """Load the kernels of fits, or compile them, with a tiny one, and the modules that a result needs."""
@@ -49,24 +48,16 @@ class Worker:
             InputError: as `run_job`.
             Dropped: nobody wants the result any more.
         """
-        writer: FrameWriter | None = None
-
-        def send_frame(facts: dict[str, Any]) -> None:
-            self._send(Report("frame", job.number, facts))
 
         def report(kind: str, facts: dict[str, Any]) -> None:
-            nonlocal writer
-            writer = FrameWriter(facts["width"], facts["height"], send_frame)
             self._send(Report(kind, job.number, facts))
 
-        def on_progress(progress: Progress) -> None:
-            self._mailbox.check()
-            assert writer is not None
-            writer(progress)
-
         self._mailbox.check()
-        watch = Watch(on_progress, listener=self._mailbox)
-        watch.on_stage = lambda words: self._send(Report("stage", job.number, {"words": words}))
-        facts = run_job(job, report, watch, self._threads, self._outlines)
+        watch = Watch(lambda progress: self._mailbox.check(), listener=self._mailbox)
+        watch.on_stage = lambda words: report("stage", self._times.begin(words))
+        try:
+            facts = run_job(job, report, watch, self._threads, self._outlines)
+        finally:
+            self._times.end()
         self._mailbox.check()
         return facts

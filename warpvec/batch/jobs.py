@@ -135,7 +135,7 @@ class Vectorize:
             raise error.renamed(self.option_names) from error
 
     def _vectorize(self, job: PhotoJob, share: WorkerShare, report: Report) -> Record:
-        from warpvec.image.read import MAX_IMAGE_BYTES, read_image
+        from warpvec.image.read import MAX_IMAGE_BYTES, read_picture
         from warpvec.modes.choice import draw_picture
         from warpvec.modes.request import Request
         from warpvec.result import Result
@@ -144,11 +144,12 @@ class Vectorize:
 
         start = time.perf_counter()
         data = self.source.read(job.input, MAX_IMAGE_BYTES)
-        photo = read_image(data, self.background, name=job.input)
+        photo = read_picture(data, self.background, name=job.input)
         config = replace(self.config, device=share.device, threads=share.threads)
         title = PurePosixPath(job.input).stem
         watch = Watch(Regularly(lambda _, text: report(text), _REPORT_SECONDS), config.time_budget)
-        request = Request.of(photo, config, self.goal, title=title, options=self.file_options, watch=watch)
+        given: dict[str, Any] = {"title": title, "unread": photo.unread, "options": self.file_options, "watch": watch}
+        request = Request.of(photo.pixels, config, self.goal, **given)
         result = Result(draw_picture(request), watch.facts())
         metrics = result.metrics
         made = result.file(job.output)

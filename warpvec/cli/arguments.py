@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from warpvec.image.read import PictureFile
     from warpvec.result import Result
 
 _preset_option = click.option("--preset", default="default", metavar="NAME", help="Named settings to start from.")
@@ -27,6 +28,14 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Report as on
 background_option = click.option("--background", metavar="COLOR", help="Fill transparent parts with this colour.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Show no progress and no summary.")
 _verbose_option = click.option("-v", "--verbose", is_flag=True, help="Add the PSNR inside the fit to the summary.")
+
+
+def page_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --page to ``command``."""
+    return click.option(
+        "--page", "page_number", type=click.IntRange(min=1), metavar="N",
+        help="Page of a TIFF or PDF file. [the first]",
+    )(command)  # fmt: skip
 
 
 def start_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -57,7 +66,10 @@ def default_out(source: str) -> str:
     if source == "-":
         raise InputError("OUT", "must be given when IN is stdin", remedy="add a file name, or - for stdout")
     path = Path(source)
-    if not path.name or path.suffix.lower() in (".svg", ".svgz"):
+    if path.suffix.lower() in (".svg", ".svgz"):
+        remedy = "an SVG is a drawing already: see refine, or give OUT and --from-svg"
+        raise InputError("IN", "must be an image such as a PNG or JPEG file", repr(source), remedy)
+    if not path.name:
         raise InputError("IN", "must be an image such as a PNG or JPEG file", repr(source), "give one")
     out = str(path.with_suffix(".svg"))
     if os.path.isfile(out) and not _is_own_file(out):
@@ -127,14 +139,19 @@ def read_source(source: str, name: str) -> str | bytes:
 
 
 def read_photo(image: str, background: str | None, name: str = "--image") -> NDArray[np.float32]:
-    """Return the pixels of the image that the argument ``name`` gives, as `read_image` does.
+    """Return the pixels of `read_photo_file`."""
+    return read_photo_file(image, background, name).pixels
+
+
+def read_photo_file(image: str, background: str | None, name: str = "--image", page: int | None = None) -> PictureFile:
+    """Return the image that the argument ``name`` gives, as `read_picture` does.
 
     Raises:
-        InputError: the image cannot be read, or ``background`` is not a colour.
+        InputError: the image cannot be read or does not have the ``page``, or ``background`` is not a colour.
     """
-    from warpvec.image.read import read_image
+    from warpvec.image.read import read_picture
 
-    return read_image(read_source(image, name), background, name=name)
+    return read_picture(read_source(image, name), background, name=name, page=page)
 
 
 def read_svg_bytes(path: str, name: str = "SVG") -> bytes:

@@ -61,7 +61,7 @@ REFUSED = {
 
 RARE = (
     *("why", "save_frames", "every", "checkpoint", "resume", "write_config", "retries", "ray_address", "verbose"),
-    *("split", "cut_once", "check_cut", "embroidery_check"),
+    *("split", "cut_once", "check_cut", "embroidery_check", "page_number", "from_svg"),
     *("bleed", "kerf", "min_width", "mirror", "marks", "weeding", "size_check"),
 )
 """Options of single commands that only --help-all shows."""
@@ -73,6 +73,7 @@ OPTION_NAMES = {name: _flag(name) for name in (*_OTHER_OPTIONS, *OPTIONS)} | {
     "checkpoint": "--resume",
     "image": "IN",
     "name": "NAME",
+    "page": "--page",
     "photo": "--image",
     **{option.name: _flag(option.flag) for option in OPTIONS.values() if option.flag is not None},
 }

@@ -177,6 +177,8 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append("the preset {unused_preset} is for photos and changes nothing here")
     if metrics.get("condition_words"):
         lines.append("the picture: {condition_words}")
+    if metrics.get("size_words"):
+        lines.append("{size_words}")
     if metrics.get("not_kept"):
         lines.append(f"not kept: {'; '.join(metrics['not_kept'].values())}")
     purpose, replaced = metrics.get("purpose", "web"), metrics.get("replaced") or []

@@ -23,11 +23,13 @@ COLORED_MIN = 48.0 / 255.0
 def not_kept(drawing: Drawing) -> dict[str, str]:
     """Return what the ``drawing`` could not keep: a short name that stays, and words for people.
 
-    Nothing is said of a refined drawing: it has no less than the drawing that came in.
+    Of a refined drawing only the picture's file counts: it has no less than the drawing that came in.
     """
+    unread = drawing.encoding.picture.unread
+    read = {"parts of the file": unread} if unread else {}
     if drawing.start_psnr is not None:
-        return {}
-    said = {name: say(drawing) for name, say in _KINDS.items()}
+        return read
+    said = {**read, **{name: say(drawing) for name, say in _KINDS.items()}}
     return {name: words for name, words in said.items() if words}
 
 

@@ -7,6 +7,7 @@ their bits. Of 16-bit colours Pillow decodes the upper 8 bits, an error of at mo
 from __future__ import annotations
 
 import contextlib
+import functools
 import re
 import threading
 import warnings
@@ -16,17 +17,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import ExifTags, Image, UnidentifiedImageError
+from PIL import ExifTags, Image, TiffImagePlugin, UnidentifiedImageError
 
 from warpvec.errors import InputError
 from warpvec.image import tiff
-from warpvec.image.extra_formats import EXTRA_FORMATS, remedy_of
+from warpvec.image.decoded import Decoded, refuse_page
+from warpvec.image.doors.table import OTHER_TIFF, RULE, remedy_of
 from warpvec.image.icc import to_srgb
 from warpvec.image.jpeg2000 import check_depth
 from warpvec.image.pam import PAM_MARK, pam_samples
 from warpvec.image.png_colors import in_srgb, png_curve, png_matrix
 from warpvec.image.quick_files import MAX_SCANS, scan_count
 from warpvec.image.tiff import check_tiles, silent_libtiff
+from warpvec.image.world import world_width
 
 MAX_PIXELS = 50_000_000
 """Largest image in pixels, four times a photo of a phone: a run that fits and measures it takes less than 2 GB."""
@@ -37,9 +40,8 @@ MAX_ALPHA_PIXELS = 37_500_000
 # Only these decoders are tried: some of Pillow's others start programs (EPS). TGA comes last, as it has no signature.
 FORMATS = (
     "PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "AVIF", "PPM", "PSD", "ICO", "ICNS", "QOI", "PCX", "DDS", "JPEG2000",
-    *EXTRA_FORMATS, "TGA",
+    "TGA",
 )  # fmt: skip
-_RULE = "must be a complete image, such as PNG, JPEG, WebP, AVIF, TIFF, GIF, BMP, PSD or PNM"
 
 # Value of the EXIF orientation tag -> operation that turns the pixels upright (EXIF 2.3, section 4.6.4, tag 0x0112).
 _UPRIGHT = {
@@ -56,43 +58,49 @@ _UPRIGHT = {
 _PILLOW_STATE = threading.Lock()
 
 
-def decode_file(data: bytes, label: str, name: str) -> NDArray[Any]:
-    """Return the samples of a picture file, as an array that `warpvec.image.read.read_image` takes.
+def decode_file(
+    data: bytes, label: str, name: str, page: int | None = None, formats: tuple[str, ...] = FORMATS
+) -> Decoded:
+    """Return what a picture file has.
 
     Args:
         data: bytes of the file.
         label: what messages call them.
         name: what messages call the argument.
+        page: of a TIFF file, from 1; None for the first that is no smaller copy of another.
+        formats: Pillow's names of the formats that are tried.
 
     Raises:
-        InputError: it is not a complete picture, or has too many pixels or scans.
+        InputError: it is not a complete picture, has too many pixels or scans, or does not have the page.
     """
-    with _guarded(label, name):
+    with guarded(label, name):
         if not data:
             remedy = "export it again"
-            raise InputError(name, _RULE, f"{label}, which is empty", remedy)
+            raise InputError(name, RULE, f"{label}, which is empty", remedy)
         if scan_count(data) > MAX_SCANS:
             raise InputError(name, f"must have at most {MAX_SCANS} scans", f"more in {label}", "save it as PNG")
         if data.startswith(PAM_MARK):
-            return pam_samples(data, lambda width, height, alpha: check_size(width, height, alpha, label, name))
+            refuse_page(page)
+            check = functools.partial(check_size, label=label, name=name)
+            return Decoded(pam_samples(data, check))
         try:
-            image = Image.open(BytesIO(data), formats=FORMATS)
+            image = Image.open(BytesIO(data), formats=formats)
         except UnidentifiedImageError as error:
-            raise InputError(name, _RULE, f"{label}, which is not recognised as one", remedy_of(data)) from error
+            raise InputError(name, RULE, f"{label}, which is not recognised as one", remedy_of(data)) from error
         with image:
             if image.format == "JPEG2000":
                 check_depth(data)
-            return _upright_samples(image, label, name, png_matrix(data))
+            return _decoded(image, label, name, png_matrix(data), page)
 
 
-def decode_image(image: Image.Image, name: str) -> NDArray[Any]:
-    """Return the samples of a PIL image; see `decode_file`."""
-    with _guarded("this PIL image", name):
-        return _upright_samples(image, "this PIL image", name)
+def decode_image(image: Image.Image, name: str, page: int | None = None) -> Decoded:
+    """Return what a PIL image has; see `decode_file`."""
+    with guarded("this PIL image", name):
+        return _decoded(image, "this PIL image", name, page=page)
 
 
 @contextlib.contextmanager
-def _guarded(label: str, name: str) -> Iterator[None]:
+def guarded(label: str, name: str) -> Iterator[None]:
     """Run Pillow with ``MAX_PIXELS`` and without warnings; turn its many exceptions for bad bytes into `InputError`."""
     with _PILLOW_STATE, warnings.catch_warnings(), silent_libtiff():
         warnings.simplefilter("ignore")
@@ -112,12 +120,14 @@ def _refusal(error: Exception, label: str, name: str) -> InputError:
     if isinstance(error, Image.DecompressionBombWarning | Image.DecompressionBombError):
         found = re.search(r"\d+ pixels", str(error))
         return _too_large(found[0] if found else "more", label, name)
+    if isinstance(error, tiff.OtherLayout):
+        return InputError(name, RULE, f"{label}, which has {error}", OTHER_TIFF)
     return undecodable(reason_of(error), label, name)
 
 
 def undecodable(reason: str, label: str, name: str) -> InputError:
     """Return the error for a file that cannot be decoded for this ``reason``."""
-    return InputError(name, _RULE, f"{label}, which cannot be decoded ({reason})", "export it again")
+    return InputError(name, RULE, f"{label}, which cannot be decoded ({reason})", "export it again")
 
 
 def reason_of(error: Exception) -> str:
@@ -141,16 +151,21 @@ def check_size(width: int, height: int, has_alpha: bool, label: str, name: str) 
         raise InputError(name, rule, f"{width} x {height} in {label}", "reduce it first")
 
 
-def _upright_samples(
-    image: Image.Image, label: str, name: str, matrix: NDArray[np.float64] | None = None
-) -> NDArray[Any]:
-    """Return the samples of a PIL image as an array that ``read_image`` takes.
-
-    ``matrix`` [3, 3] turns its linear colours into those of sRGB.
-    """
+def _decoded(
+    image: Image.Image, label: str, name: str, matrix: NDArray[np.float64] | None = None, page: int | None = None
+) -> Decoded:
+    """Return what a PIL image has. ``matrix`` [3, 3] turns its linear colours into those of sRGB."""
     if getattr(image, "default_image", False) and getattr(image, "n_frames", 1) > 1:
         image.seek(1)  # of an APNG, whose default image is for programs that know no APNG
-    tiff.choose_page(image)
+    if not isinstance(image, TiffImagePlugin.TiffImageFile):
+        refuse_page(page)
+        return Decoded(_upright_samples(image, label, name, matrix))
+    unread, meters = tiff.choose_page(image, page), world_width(image)
+    return Decoded(_upright_samples(image, label, name, matrix), unread, meters)
+
+
+def _upright_samples(image: Image.Image, label: str, name: str, matrix: NDArray[np.float64] | None) -> NDArray[Any]:
+    """Return the samples of a PIL image as an array that ``read_image`` takes."""
     check_size(*image.size, image.has_transparency_data, label, name)
     tiff.check_samples(image)
     check_tiles(image)

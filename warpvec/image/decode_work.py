@@ -10,12 +10,19 @@ import numpy as np
 from PIL import Image, MpoImagePlugin, TiffImagePlugin  # noqa: F401 # of JPEG files with several pictures, of EXIF
 
 from warpvec.image.decode import FORMATS, decode_file
+from warpvec.image.decoded import Decoded
 
 
-def work(data: bytes, label: str, name: str) -> list[bytes | memoryview]:
-    """Return the shape and the type of the samples of the picture file ``data``, a line of JSON, and the samples."""
-    samples = np.ascontiguousarray(decode_file(data, label, name))
-    return [json.dumps([samples.dtype.name, *samples.shape]).encode() + b"\n", samples.data.cast("B")]
+def work(data: bytes, label: str, name: str, page: int | None) -> list[bytes | memoryview]:
+    """Return what the picture file ``data`` has, as `sent` does."""
+    return sent(decode_file(data, label, name, page))
+
+
+def sent(found: Decoded) -> list[bytes | memoryview]:
+    """Return the samples after a line of JSON: what was left out, the width, the type and the shape."""
+    samples = np.ascontiguousarray(found.samples)
+    head = [found.unread, found.meters, samples.dtype.name, *samples.shape]
+    return [json.dumps(head).encode() + b"\n", samples.data.cast("B")]
 
 
 def _load_readers() -> None:

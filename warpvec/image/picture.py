@@ -20,6 +20,7 @@ class Picture:
         pixels: the picture [h, w, 3], sRGB-encoded in [0, 1], or [h, w, 4] with straight alpha.
         reduced: its copy, reduced to the size of a fit.
         title: title of its drawing; None for none.
+        unread: what of its file was left out, such as "all but page 2 of 3"; None for nothing.
         is_restored: whether the copy shows the picture as it was before something happened to it.
         blur: standard deviation in pixels of the blur of the copy, which its drawing is to be without; 0 for none.
     """
@@ -27,16 +28,17 @@ class Picture:
     pixels: NDArray[np.float32]
     reduced: NDArray[np.float32]
     title: str | None = None
+    unread: str | None = None
     is_restored: bool = False
     blur: float = 0.0
 
     @staticmethod
-    def of(pixels: NDArray[np.float32], fit_size: int, title: str | None = None) -> Picture:
+    def of(pixels: NDArray[np.float32], fit_size: int, title: str | None = None, unread: str | None = None) -> Picture:
         """Return the picture with these ``pixels``, as `warpvec.image.read.read_image` gives them.
 
         The copy has a longest side of at most ``fit_size`` pixels.
         """
-        return Picture(pixels, reduce_image(pixels, fit_size), title)
+        return Picture(pixels, reduce_image(pixels, fit_size), title, unread)
 
     @property
     def height(self) -> int:

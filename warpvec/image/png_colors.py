@@ -29,7 +29,7 @@ def png_curve(info: dict[Any, Any], count: int = 256) -> NDArray[np.float64] | N
         return None
     if abs(gamma / _SRGB_GAMMA - 1) < _GAMMA_STEP:
         return None
-    return _encoded(np.linspace(0, 1, count) ** (1 / gamma))
+    return srgb_encoded(np.linspace(0, 1, count) ** (1 / gamma))
 
 
 def png_matrix(data: bytes) -> NDArray[np.float64] | None:
@@ -50,11 +50,12 @@ def in_srgb(color: NDArray[np.uint8], matrix: NDArray[np.float64]) -> NDArray[np
     """Return ``color`` [h, w, 3], of the curve of sRGB, after ``matrix`` has mixed its linear values."""
     levels = np.arange(256) / 255
     linear = np.where(levels <= 0.04045, levels / 12.92, ((levels + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    rows = [_encoded((linear[row] @ matrix.T.astype(np.float32)).clip(0, 1)) for row in color]
+    rows = [srgb_encoded((linear[row] @ matrix.T.astype(np.float32)).clip(0, 1)) for row in color]
     return np.stack([(row * 255).round().astype(np.uint8) for row in rows])  # by rows, for the memory
 
 
-def _encoded(linear: NDArray[Any]) -> NDArray[Any]:
+def srgb_encoded(linear: NDArray[Any]) -> NDArray[Any]:
+    """Return linear light in [0, 1] as sRGB (IEC 61966-2-1)."""
     return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import os
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from warpvec.checks import check_count
 from warpvec.errors import InputError
 from warpvec.image.colors import parse_color
 from warpvec.image.decode import check_size, decode_file, decode_image, reason_of, undecodable
+from warpvec.image.decoded import Decoded, refuse_page
+from warpvec.image.doors.table import OTHER_TIFF, TIFF, check_open, door_of
 from warpvec.image.quick_files import is_quick
 from warpvec.inputs import read_file, too_long
 from warpvec.sandbox.run import SandboxError, run_in_sandbox
@@ -29,11 +32,32 @@ Stops endless streams and devices."""
 _KINDS = ("uint8", "uint16", "float32", "bool")
 """Types of the samples of files."""
 
-_HEAD_BYTES = 100
+_HEAD_BYTES = 200
 """More than the line before the samples has."""
 
 
+class PictureFile(NamedTuple):
+    """A picture, and what its file says of it.
+
+    Attributes:
+        pixels: as `read_image` returns them.
+        unread: what of the file was left out, such as "all but page 2 of 3"; None for nothing.
+        meters: width of what the picture shows in the world, as a GeoTIFF states it; None for none.
+    """
+
+    pixels: NDArray[np.float32]
+    unread: str | None
+    meters: float | None
+
+
 def read_image(source: ImageSource, background: str | None = None, name: str = "image") -> NDArray[np.float32]:
+    """Return the pixels of `read_picture`."""
+    return read_picture(source, background, name).pixels
+
+
+def read_picture(
+    source: ImageSource, background: str | None = None, name: str = "image", page: int | None = None
+) -> PictureFile:
     """Read an image as upright sRGB pixels in [0, 1]: [h, w, 3], or [h, w, 4] if it is transparent.
 
     An image whose alpha is 1 everywhere counts as RGB. A transparent image is straight RGBA. Its invisible pixels are
@@ -46,37 +70,41 @@ def read_image(source: ImageSource, background: str | None = None, name: str = "
             with straight alpha. A tensor may be on any device and may require gradients.
         background: colour behind a transparent image: "#rgb", "#rrggbb" or a CSS colour name; None keeps its alpha.
         name: what messages call ``source``.
+        page: of a TIFF or PDF file, from 1; None for the first.
 
     Raises:
-        InputError: the file does not exist, is not a complete image of these formats or has more than
-            ``MAX_IMAGE_BYTES``; the image has no pixels, more than ``MAX_PIXELS``, or, if it has alpha, more than
-            ``MAX_ALPHA_PIXELS``; an array has the wrong shape, type
-            or range; or ``background`` is not a colour.
+        InputError: the file does not exist, does not have this page, is not a complete image of these formats or has
+            more than ``MAX_IMAGE_BYTES``; the image has no pixels, more than ``MAX_PIXELS``, or, if it has alpha, more
+            than ``MAX_ALPHA_PIXELS``; an array has the wrong shape, type or range; or ``background`` is not a colour.
     """
     backdrop = None if background is None else parse_color(background)
-    samples = _unit_samples(_load(source, name), name)
+    if page is not None:
+        check_count("page", page, 1)
+    samples, unread, meters = _load(source, name, page)
+    samples = _unit_samples(samples, name)  # the largest image of a file takes memory that is free from here on
     if backdrop is None and samples.shape[2] in (2, 4) and samples[..., -1].min() < 1:
-        return _visible(samples)
-    return _composite(samples, np.ones(3, np.float32) if backdrop is None else backdrop)
+        pixels = _visible(samples)
+    else:
+        pixels = _composite(samples, np.ones(3, np.float32) if backdrop is None else backdrop)
+    return PictureFile(pixels, unread, meters)
 
 
-def _load(source: ImageSource, name: str) -> NDArray[Any]:
-    """Return the samples of ``source`` as an array of any shape and type."""
-    if isinstance(source, np.ndarray):
-        return source
-    if _is_tensor(source):
-        return _tensor_samples(cast("Tensor", source), name)
+def _load(source: ImageSource, name: str, page: int | None) -> Decoded:
+    """Return what ``source`` has; its samples may have any shape and type."""
+    if isinstance(source, np.ndarray) or _is_tensor(source):
+        refuse_page(page)
+        return Decoded(source if isinstance(source, np.ndarray) else _tensor_samples(cast("Tensor", source), name))
     if isinstance(source, Image.Image):
-        return decode_image(source, name)
+        return decode_image(source, name, page)
     if isinstance(source, bytes | bytearray | memoryview):
         if memoryview(source).nbytes > MAX_IMAGE_BYTES:
             raise too_long(MAX_IMAGE_BYTES, name, f"these {len(source)} bytes")
-        return _decode_file(bytes(source), f"these {len(source)} bytes", name)
+        return _decode_file(bytes(source), f"these {len(source)} bytes", name, page)
     if isinstance(source, str | os.PathLike):
         label = repr(os.fspath(source))
         if os.path.isdir(source):
             raise InputError(name, "must be an image file", f"the folder {label}", "draw its pictures by warpvec batch")
-        return _decode_file(read_file(source, MAX_IMAGE_BYTES, name, "an image file"), label, name)
+        return _decode_file(read_file(source, MAX_IMAGE_BYTES, name, "an image file"), label, name, page)
     rule = "must be a path, bytes, a PIL image, a numpy array or a torch tensor"
     raise InputError(name, rule, type(source).__name__, "convert it")
 
@@ -97,30 +125,49 @@ def _tensor_samples(tensor: Tensor, name: str) -> NDArray[Any]:
     return samples
 
 
-def _decode_file(data: bytes, label: str, name: str) -> NDArray[Any]:
-    """Return the samples of a picture file, decoded here if that is quick, and in the sandbox if it may not be."""
+def _decode_file(data: bytes, label: str, name: str, page: int | None) -> Decoded:
+    """Return what a picture file has, decoded here if that is quick, and in the sandbox if it may not be."""
     if is_quick(data):
-        return decode_file(data, label, name)
+        return decode_file(data, label, name, page)
+    door = door_of(data)
+    if door is not None:
+        check_open(door, label, name)
+        return _decode_in_sandbox(f"doors.{door.work}", data, label, name, page)
     try:
-        result = run_in_sandbox("warpvec.image.decode_work", data, label=label, name=name)
-        return _received_samples(result)
+        return _decode_in_sandbox("decode_work", data, label, name, page)
+    except InputError as error:
+        if error.remedy != OTHER_TIFF or not TIFF.is_open:
+            raise
+        try:
+            return _decode_in_sandbox(f"doors.{TIFF.work}", data, label, name, page)
+        except InputError as other:
+            if other.name == "page":
+                raise
+        raise  # what Pillow says of it
+
+
+def _decode_in_sandbox(work: str, data: bytes, label: str, name: str, page: int | None) -> Decoded:
+    try:
+        return _received(run_in_sandbox(f"warpvec.image.{work}", data, label=label, name=name, page=page))
     except (SandboxError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         raise undecodable(reason_of(error), label, name) from None
 
 
-def _received_samples(result: bytes) -> NDArray[Any]:
-    """Return the samples of `warpvec.image.decode_work`, which hostile input may have made to send anything.
+def _received(result: bytes) -> Decoded:
+    """Return what `warpvec.image.decode_work` has sent, which hostile input may have made to send anything.
 
     Raises:
         ValueError: these are none.
     """
     head, mark, _ = result[:_HEAD_BYTES].partition(b"\n")
-    kind, *shape = json.loads(head)
+    unread, meters, kind, *shape = json.loads(head)
     if kind not in _KINDS or not all(type(side) is int and side > 0 for side in shape):
         raise ValueError("no samples")
-    return np.frombuffer(result, kind, offset=len(head + mark)).reshape(shape)
+    if not (isinstance(unread, str | None) and isinstance(meters, float | None)):
+        raise ValueError("no facts")
+    return Decoded(np.frombuffer(result, kind, offset=len(head + mark)).reshape(shape), unread, meters)
 
 
 def _unit_samples(samples: NDArray[Any], name: str) -> NDArray[np.float32]:

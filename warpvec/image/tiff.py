@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from PIL import Image, TiffImagePlugin
 
+from warpvec.image.decoded import page_index
+
 _NEW_SUBFILE_TYPE, _REDUCED = 254, 1
 """The tag of what a page is, and its bit of a smaller copy of another page (TIFF 6, page 36)."""
 
@@ -21,15 +23,30 @@ _MAX_PAGES = 100
 """Pages that are looked at: a file may have millions."""
 
 
-def choose_page(image: Image.Image) -> None:
-    """Go to the first page of an opened TIFF file that is no smaller copy of another, and stay if there is none."""
-    if not isinstance(image, TiffImagePlugin.TiffImageFile) or not _is_reduced(image):
-        return
-    for page in range(1, min(image.n_frames, _MAX_PAGES)):
-        image.seek(page)
+class OtherLayout(ValueError):
+    """The file is whole, but Pillow reads its samples wrongly. The message says what it has."""
+
+
+def choose_page(image: TiffImagePlugin.TiffImageFile, page: int | None) -> str | None:
+    """Go to a ``page`` of an opened TIFF file, which counts from 1, and return what is left out, in words.
+
+    None is the first page that is no smaller copy of another.
+
+    Raises:
+        InputError: the file does not have this page.
+    """
+    count = image.n_frames
+    index, unread = page_index(_first_page(image, count) if page is None else page, count)
+    image.seek(index)
+    return unread
+
+
+def _first_page(image: TiffImagePlugin.TiffImageFile, count: int) -> int:
+    for index in range(min(count, _MAX_PAGES)):
+        image.seek(index)
         if not _is_reduced(image):
-            return
-    image.seek(0)
+            return index + 1
+    return 1
 
 
 def _is_reduced(image: TiffImagePlugin.TiffImageFile) -> bool:
@@ -46,21 +63,22 @@ def check_samples(image: Image.Image) -> None:
     """Check that Pillow reads the samples of an opened TIFF file as they are.
 
     Raises:
-        ValueError: it reads 16-bit planes as 8-bit ones, signed samples as unsigned ones, or leaves bands out.
+        OtherLayout: it reads 16-bit planes as 8-bit ones.
+        ValueError: it reads signed samples as unsigned ones, or leaves bands out.
     """
     if not isinstance(image, TiffImagePlugin.TiffImageFile) or not image.tile:
         return
     tags = image.tag_v2
     bits, formats = (max(np.atleast_1d(tags.get(tag, 1))) for tag in (258, 339))
     count, photometric = tags.get(277, 1), tags.get(262)
-    if bits == 8 and formats == _SIGNED:
-        raise ValueError("samples of 8 bits with a sign; save it without")
+    if bits in (8, 16) and formats == _SIGNED:
+        raise ValueError(f"samples of {bits} bits with a sign, such as heights; save it without, over the whole range")
     if photometric in _GREY and count > len(image.getbands()):
         raise ValueError(f"{count} bands, which are no colours; save one band, or three as RGB")
     if photometric == _RGB and count > len(image.getbands()):
         raise ValueError(f"{count} samples per pixel, and no word on what number 4 is; save it as RGB or RGBA")
     if count > 1 and bits > 8 and not image.use_load_libtiff and tags.get(TiffImagePlugin.PLANAR_CONFIGURATION, 1) == 2:
-        raise ValueError(f"uncompressed planes of {bits} bits; save it with interleaved samples, or compressed")
+        raise OtherLayout(f"uncompressed planes of {bits} bits")
 
 
 def check_tiles(image: Image.Image) -> None:

@@ -45,11 +45,15 @@ class Request:
         goal: Goal = NO_GOAL,
         *,
         title: str | None = None,
+        unread: str | None = None,
         options: FileOptions = DEFAULT_FILE_OPTIONS,
         watch: Watch | None = None,
     ) -> Request:
-        """Return the request for a drawing of ``pixels``, as `warpvec.image.read.read_image` gives them."""
-        picture = Picture.of(pixels, settings.fit_size, title)
+        """Return the request for a drawing of ``pixels``, as `warpvec.image.read.read_image` gives them.
+
+        ``title`` and ``unread`` are those of a `Picture`.
+        """
+        picture = Picture.of(pixels, settings.fit_size, title, unread)
         watch = Watch(time_budget=settings.time_budget) if watch is None else watch
         return Request(settings, goal, Encoding.of(picture, settings, options), watch)
 

@@ -16,6 +16,9 @@ MAX_PIXELS = 2**27
 MAX_SIDE = 1e6
 """Largest width in pixels that a drawing may be given, 264 metres. Programs that show it reach their limits before."""
 
+SHEET_MM = 1189.0
+"""Longest side of the largest sheet of paper, A0 (ISO 216)."""
+
 SIZE_UNITS = ("mm", "cm", "in", "pt", "px", "%")
 """Units of the size of a drawing; % is of its pixels."""
 
@@ -27,6 +30,23 @@ _SIZE = re.compile(rf"(\d{{1,9}}(?:\.\d{{0,9}})?|\.\d{{1,9}})\s*({'|'.join(SIZE_
 _PIXELS_PER_UNIT = {
     "": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "in": 96.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "em": 16.0, "ex": 8.0,
 }  # fmt: skip
+
+
+def world_size(meters: float) -> str | None:
+    """Return the size of a drawing that is ``meters`` wide; None if it is too large for one."""
+    size = f"{meters * 1000.0:.6g}mm"
+    try:
+        return check_size(size)
+    except InputError:
+        return None
+
+
+def scaled_size(meters: float) -> tuple[int, str]:
+    """Return the first scale 1 : 1, 1 : 10 ... at which ``meters`` are at most ``SHEET_MM`` wide, and that size."""
+    scale = 1
+    while meters * 1000.0 / scale > SHEET_MM:
+        scale *= 10
+    return scale, f"{meters * 1000.0 / scale:.6g}mm"
 
 
 def stated_size(root: dict[str, str]) -> tuple[float, float]:

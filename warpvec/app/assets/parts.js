@@ -46,7 +46,7 @@ function statusText(picture) {
 
 /** Returns the figures of a frame. Under a limit of bytes, its size is not that of the file, which is found at the end. */
 function frameRows({ paths, psnr, left }) {
-  const rows = [["Paths", paths.toLocaleString("en")]];
+  const rows = paths === null ? [] : [["Paths", paths.toLocaleString("en")]];
   if (psnr !== null) rows.push(["Closeness", formatDb(psnr), CLOSENESS_HINT]);
   if (left !== null && left !== undefined) rows.push(["Time left", formatSeconds(left)]);
   return rows;
@@ -66,7 +66,7 @@ function formatSeconds(seconds) {
 
 /** Takes pictures that are dropped anywhere on the page or pasted, and says what it does not take. */
 export function connectDropping(add, say) {
-  const isTaken = ({ type, name }) => !type || type.startsWith("image/") || isDrawing({ type, name });
+  const isTaken = ({ type, name }) => !type || type.startsWith("image/") || type === "application/pdf" || isDrawing({ type, name });
   const pictures = (list) => [...(list ?? [])].filter(isTaken);
   addEventListener("dragover", (event) => {
     event.preventDefault();
@@ -84,7 +84,7 @@ export function connectDropping(add, say) {
       return;
     }
     const found = pictures(files);
-    if (files?.length && !found.length) say("This is neither a picture nor an SVG: drop a PNG, JPEG, WebP, TIFF, BMP, GIF or SVG file");
+    if (files?.length && !found.length) say("This is neither a picture nor an SVG: drop a file such as PNG, JPEG, WebP, AVIF, TIFF, PSD, PDF or SVG");
     add(found);
   });
   addEventListener("paste", (event) => {

@@ -2,6 +2,13 @@
 
 import { setControl } from "app/parts.js";
 
+// A stage that may take so long says so.
+const LONG_SECONDS = 5;
+
+function stageText({ words, seconds }) {
+  return seconds >= LONG_SECONDS ? `${words}, up to some ${Math.ceil(seconds)} s` : words;
+}
+
 export class Results {
   constructor(desk) {
     this.desk = desk;
@@ -9,7 +16,7 @@ export class Results {
 
   update(picture, kind, facts) {
     const isShown = this.desk.sheet.shows(picture);
-    if (kind === "stage") picture.stage = facts.words;
+    if (kind === "stage") picture.stage = stageText(facts);
     if (kind === "status") this.setStatus(picture, facts.status);
     if (kind === "mode") {
       // A fit of a kind that was found before does not say why again.

@@ -9,7 +9,15 @@ from typing import Any
 import click
 
 from warpvec.checks import in_one_line
-from warpvec.cli.arguments import check_out, read_photo, read_svg_bytes, report_options, start_options, write_result
+from warpvec.cli.arguments import (
+    check_out,
+    page_option,
+    read_photo_file,
+    read_svg_bytes,
+    report_options,
+    start_options,
+    write_result,
+)
 from warpvec.cli.cutting import check_cutting, cut, cut_options
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, given_options
@@ -27,6 +35,7 @@ DECIDED = ("mode", "curves", "iterations", "precision", "recycle_gap", "segments
 @click.argument("out", metavar="OUT")
 @click.option("--from", "drawing", metavar="SVG", required=True, help="SVG file to begin with.")
 @start_options
+@page_option
 @cut_options
 @report_options
 @click.option("--free", is_flag=True, help="Let corners, lines, opacities and crossings change too.")
@@ -68,12 +77,13 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     from warpvec.watch.watch import Watch
 
     resolve_device(config.device)
-    pixels = read_photo(source, options["background"], "IN")
+    pixels, unread, _ = read_photo_file(source, options["background"], "IN", options["page_number"])
     title = None if source == "-" else Path(source).stem
     mode = Refine(loaded, data, iterations, free, name="--from", blur=blur_to_undo(given))
     with show_progress(sys.stderr, quiet=options["quiet"]) as show:
         watch = Watch(show, config.time_budget, drawing_listener())
-        request = Request.of(pixels, config, goal, title=title, options=file_options(options), watch=watch)
+        given_file = file_options(options)
+        request = Request.of(pixels, config, goal, title=title, unread=unread, options=given_file, watch=watch)
         place_on_picture(loaded, request.picture, "--from")  # report a wrong picture before anything is written
         write_config(options, config, undecided=[name for name in DECIDED if options[name] is None])
         result = Result(mode.draw(request), watch.facts())

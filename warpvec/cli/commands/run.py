@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warpvec.cli.arguments import check_out, check_page, read_photo, report_options, start_options, write_result
+from warpvec.cli.arguments import (
+    check_out,
+    check_page,
+    page_option,
+    read_photo_file,
+    read_svg_bytes,
+    report_options,
+    start_options,
+    write_result,
+)
 from warpvec.cli.cutting import check_cutting, cut, cut_options
 from warpvec.cli.loading import quick_loading
 from warpvec.cli.options import file_options, options_of_mode, requested
@@ -29,6 +38,7 @@ if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
     from warpvec.fit.checkpoint import Checkpoint
     from warpvec.goals.goal import Goal
+    from warpvec.image.read import PictureFile
     from warpvec.result import Result
 
 
@@ -36,6 +46,8 @@ if TYPE_CHECKING:
 @click.argument("source", metavar="IN")
 @click.argument("out", metavar="[OUT]", required=False)
 @start_options
+@page_option
+@click.option("--from-svg", is_flag=True, help="IN is an SVG, which is drawn at its size and vectorized anew.")
 @click.option("--report", "page", metavar="FILE", help="Write an HTML page to inspect and edit the result.")
 @click.option("--why", metavar="FILE", help="Write each decision about the drawing as a line of JSON.")
 @click.option("--video", metavar="FILE", help="Record the fit as .mp4, .gif or .webp.")
@@ -81,9 +93,41 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
     config = _with_mode_of_checkpoints(config, options)
     checkpoint = None if options["resume"] is None else _resumed(config, options)
     config = config if checkpoint is None else checkpoint.config
-    result = _fit(source, out, config, goal, checkpoint, options)
-    made = cut(result, out, options)
-    end_fit(ctx, result, out, options, options_of_mode(options), made)
+    picture = _read(source, options)
+    words = _take_size(picture, options)
+    result = _fit(picture, source, out, config, goal, checkpoint, options)
+    more = {**(cut(result, out, options) or {}), **({"size_words": words} if words else {})}
+    end_fit(ctx, result, out, options, options_of_mode(options), more)
+
+
+def _read(source: str, options: dict[str, Any]) -> PictureFile:
+    """Read the image, or draw the SVG.
+
+    Raises:
+        InputError: it cannot be read or drawn.
+    """
+    if not options["from_svg"]:
+        return read_photo_file(source, options["background"], "IN", options["page_number"])
+    if options["page_number"] is not None:
+        raise InputError("--page", "must not be given with --from-svg", remedy="leave one of them out")
+    from warpvec.image.read import read_picture
+    from warpvec.svg.measure import draw
+
+    return read_picture(draw(read_svg_bytes(source, "IN"), transparent=True), options["background"], "IN")
+
+
+def _take_size(picture: PictureFile, options: dict[str, Any]) -> str | None:
+    """Let the width that the file states in the world be that of the drawing, unless one is given, and say so."""
+    if options["size"] is not None or picture.meters is None:
+        return None
+    from warpvec.svg.units import scaled_size, world_size
+
+    size = world_size(picture.meters)
+    if size is not None:
+        options["size"] = size
+        return f"as wide as the GeoTIFF states, {picture.meters:,.6g} m; --size 100% for pixels"
+    scale, example = scaled_size(picture.meters)
+    return f"the GeoTIFF shows {picture.meters:,.6g} m: --size {example} draws it 1 : {scale:,}"
 
 
 def _check_outputs(out: str, options: dict[str, Any], goal: Goal) -> None:
@@ -132,14 +176,20 @@ def _resumed(config: FitConfig, options: dict[str, Any]) -> Checkpoint:
 
 
 def _fit(
-    source: str, out: str, config: FitConfig, goal: Goal, checkpoint: Checkpoint | None, options: dict[str, Any]
+    picture: PictureFile,
+    source: str,
+    out: str,
+    config: FitConfig,
+    goal: Goal,
+    checkpoint: Checkpoint | None,
+    options: dict[str, Any],
 ) -> Result:
-    """Fit the image and write the SVG, the page and the settings.
+    """Fit the ``picture`` of ``source`` and write the SVG, the page and the settings.
 
     Raises:
         OSError: the SVG cannot be written. What else cannot is a warning: it is worth less than the fit.
     """
-    photo = read_photo(source, options["background"], "IN")
+    photo, unread, _ = picture
     title = None if source == "-" else Path(source).stem
     with quick_loading():  # These imports take a second. By now most mistakes have been reported.
         from warpvec.cli.frames import recorded
@@ -158,7 +208,8 @@ def _fit(
     with recorded(photo, config, frames, video, every, quiet=options["quiet"]) as recorder:
         write_config(options, config)
         watch = Watch(recorder, config.time_budget, drawing_listener())
-        request = Request.of(photo, config, goal, title=title, options=file_options(options), watch=watch)
+        given = file_options(options)
+        request = Request.of(photo, config, goal, title=title, unread=unread, options=given, watch=watch)
         photo_mode, path = Photo(resume=checkpoint), options["checkpoint"]
         if path is not None:  # saving may fail without ending the fit
             warn = SideFile("--checkpoint").fail
@@ -173,8 +224,8 @@ def _fit(
             failure = error
         recorder.end(result)
     if PURPOSES[options["purpose"]].has_picture and out != "-" and failure is None:
-        picture = f"{out}.png"
-        SideFile(f"--for {options['purpose']}").attempt(write_atomic, picture, result.encoded(picture))
+        beside = f"{out}.png"
+        SideFile(f"--for {options['purpose']}").attempt(write_atomic, beside, result.encoded(beside))
     if options["why"] is not None:
         lines = "".join(f"{decision.line()}\n" for decision in decisions)
         SideFile("--why").attempt(write_atomic, options["why"], lines.encode())

@@ -29,15 +29,43 @@ export function colorWords(color) {
   return name === "orange" && lightness < BROWN ? "brown" : `${shade}${name}`;
 }
 
+function colorOf(item) {
+  const paint = paintOf(item);
+  return isGradient(paint) ? paint.stops[0].color : paint;
+}
+
 /** Returns the colour of most items of a layer; null without one. */
 export function mainColor({ items }) {
   const counts = new Map();
   for (const item of items) {
-    const paint = paintOf(item);
-    const color = isGradient(paint) ? paint.stops[0].color : paint;
+    const color = colorOf(item);
     if (color) counts.set(color, (counts.get(color) ?? 0) + 1);
   }
   return [...counts].sort((a, b) => b[1] - a[1])[0]?.[0] ?? null;
+}
+
+/** Returns a layer that is named after the colour that all its items had as they were read, in layers of one colour each,
+ * in painting order: programs of cutters and plotters take a layer for a colour. The names in `taken` are used already. */
+export function coloredApart(layer, base, taken) {
+  const read = base?.items.filter((item) => item.layer === layer) ?? [];
+  const colors = [layer.items, read].map((items) => new Set(items.map(colorOf)));
+  if (!NAMED_BY_COLOR.test(layer.name) || colors[0].size < 2 || colors[1].size !== 1) return [layer];
+  const parts = [];
+  for (const item of layer.items) {
+    if (parts.length && colorOf(parts.at(-1)[0]) === colorOf(item)) parts.at(-1).push(item);
+    else parts.push([item]);
+  }
+  return parts.map((items, i) => {
+    const color = colorOf(items[0]);
+    const name = !color || layer.name.includes(color) ? layer.name : `${colorWords(color)} ${color}`;
+    return { ...layer, items, name, id: i ? freeId(`${layer.id || layer.key}-${i + 1}`, taken) : layer.id };
+  });
+}
+
+function freeId(id, taken) {
+  const free = taken.has(id) ? freeId(`${id}b`, taken) : id;
+  taken.add(free);
+  return free;
 }
 
 /** Names the layers that are named after a colour after the one that they have now. `stated` are their names as read. */

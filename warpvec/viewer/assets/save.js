@@ -1,6 +1,7 @@
 /* Writes a drawing as SVG text in the structure of warpvec: background, a group for each layer, a path or form per line. */
 
 import { nameBlurs } from "viewer/blurs.js";
+import { coloredApart } from "viewer/colornames.js";
 import { shortColor, writeOpacity } from "viewer/colors.js";
 import { writeForm } from "viewer/forms.js";
 import { isGradient, nameGradients, withOpacityInStops } from "viewer/gradients.js";
@@ -14,8 +15,10 @@ const INKSCAPE = "http://www.inkscape.org/namespaces/inkscape";
 export function writeDrawing(drawing) {
   const decimals = decimalsFor(drawing.box);
   const [x, y, width, height] = drawing.box.map((value) => formatNumber(value));
+  const taken = new Set(drawing.layers.map(({ id }) => id));
   const layers = drawing.layers
     .filter((layer) => layer.items.length)
+    .flatMap((layer) => coloredApart(layer, drawing.base, taken))
     .map((layer) => ({ ...layer, items: layer.items.map(withOpacityInStops) }));
   const items = layers.flatMap((layer) => layer.items);
   const ids = layers.map(({ id }) => id);
