@@ -28,7 +28,8 @@ def encoding(fit_size: int = 1024, *, options: FileOptions | None = None, **sett
 
 
 @pytest.mark.parametrize(
-    "settings", [{"precision": 2}, {"precision": 0}, {"minify": True}, {"minify": True, "units": 7, "opacity": "opaque"}]
+    "settings",
+    [{"precision": 2}, {"precision": 0}, {"minify": True}, {"minify": True, "units": 7, "opacity": "opaque"}],
 )
 def test_the_file_states_the_rounded_scene(settings: dict[str, object]) -> None:
     made = encoding(**settings)

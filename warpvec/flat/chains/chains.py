@@ -85,7 +85,7 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
     drawing = scene if grid is None else _on_grid(verdict, grid)
     found: dict[int, _LoopRows] = {}
     held = set[int]()
-    for share, is_regular, on in ([] if grid is None else [(1.0, True, grid)]) + [(*each, None) for each in TRIED]:
+    for share, is_regular, on in ([] if grid is None else [(0.5, True, grid)]) + [(*each, None) for each in TRIED]:
         if not left or watch.is_over():
             break
         fixed = _points_but(scene, left)
