@@ -319,3 +319,36 @@ def test_ringing_of_a_jpeg_does_not_tint_the_paper() -> None:
     assert (
         '<rect id="background" width="256" height="256" fill="#fff"/>' in warpvec.vectorize(small_logo("#1a7cf9")).svg()
     )
+
+
+def icon(unit: int) -> NDArray[np.uint8]:
+    """Return an icon on a grid of 24: a rounded square with an arrow of three strokes, drawn by resvg."""
+    text = (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24"><rect width="24" height="24" fill="#fff"/>'
+        '<g fill="none" stroke="#124" stroke-width="2" stroke-linecap="round" stroke-linejoin="round">'
+        '<rect x="3" y="3" width="18" height="18" rx="2"/><path d="M16 12H8"/><path d="m12 8-4 4 4 4"/></g></svg>'
+    )
+    return rasterize(text, 24 * unit, 24 * unit)[..., :3]
+
+
+def test_an_icon_is_drawn_in_the_numbers_of_its_grid() -> None:
+    result = warpvec.vectorize(icon(10), threads=1)
+    text = result.svg()
+
+    assert 'width="240" height="240" viewBox="0 0 24 24"' in text and 'stroke-width="2"' in text
+    assert 'x="3" y="3" width="18" height="18" rx="2"' in text
+    numbers = {float(each) for data in re.findall(r' d="([^"]+)"', text) for each in re.findall(r"-?\d*\.?\d+", data)}
+    assert numbers <= {float(k) for k in range(-16, 17)}
+    assert result.metrics["grid"] == 24 and result.metrics["grid_share"] == 1.0
+    assert result.metrics["psnr"] > 45.0
+
+
+def test_without_a_grid_the_file_is_in_pixels() -> None:
+    result = warpvec.vectorize(icon(6), threads=1, grid="off")
+    assert 'viewBox="0 0 144 144"' in result.svg() and "grid" not in result.metrics
+
+
+@pytest.mark.parametrize("grid", ["0", "on", 5000])
+def test_a_grid_that_is_none_is_refused(grid: object) -> None:
+    with pytest.raises(InputError, match="grid"):
+        make_config(grid=grid)

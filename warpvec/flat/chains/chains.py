@@ -24,7 +24,7 @@ from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
 from warpvec.flat.chains.solve import ROUNDS, solved
 from warpvec.flat.chains.symmetry import folds_of
-from warpvec.flat.chains.verdict import Verdict
+from warpvec.flat.chains.verdict import ALLOWED, FITTED, Verdict
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
@@ -91,6 +91,10 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         fixed = _points_but(scene, left)
         said = _said(left, share * verdict.spread, sheet, fixed if is_regular else None, on)
         tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], left[loop].is_closed)}
+        if on is not None:
+            whole = with_rows(scene, tried)
+            _, refused = _fit(verdict, whole, tried, np.full(len(sheet.widths), (FITTED / ALLOWED) ** 2), watch)
+            tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
         new, mask = with_rows(drawing, found | tried), _mask(scene, tried)
         refused, boxes = verdict.refused(new, mask, shares_of(scene, new), mask if on else _mask(scene, held))
         found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
@@ -158,18 +162,24 @@ def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, _LoopRow
     A chain of other parts is off by as much as the detail: only parts of the right kinds come as near as the picture
     tells.
     """
-    scene, critic = verdict.scene, verdict.critic
-    first = with_rows(scene, said)
+    first = with_rows(verdict.scene, said)
+    drawn, refused = _fit(verdict, first, chains, np.ones(first.structure.loop_count), watch)
+    return {loop: chain for loop, chain in _chains_of(drawn).items() if not refused[loop]}
+
+
+def _fit(verdict: Verdict, first: Scene, loops: Iterable[int], shares: Floats, watch: Watch) -> tuple[Scene, Mask]:
+    """Return ``first`` fitted to the picture, and which of its ``loops`` the picture refuses then [L].
+
+    They may cause ``shares`` [L] of the error that is allowed.
+    """
+    critic = verdict.critic
     locked = None if first.forms is None else first.forms.is_form
     drawn = polish(
         critic.target, first, critic.config, watch.side_part(), iterations=REFIT_ITERATIONS,
         values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
     ).scene  # fmt: skip
-    found = _chains_of(drawn)
-    refused, _ = verdict.refused(
-        replace(first, segments=drawn.segments), _mask(first, chains), np.ones(first.structure.loop_count)
-    )
-    return {loop: chain for loop, chain in found.items() if not refused[loop]}
+    refused, _ = verdict.refused(replace(first, segments=drawn.segments), _mask(first, loops), shares)
+    return drawn, refused
 
 
 def _chains_of(scene: Scene) -> dict[int, Chain]:

@@ -25,11 +25,15 @@ ALLOWED = 0.3
 PSNR where the artist drew none: with 0.3, 0.5 and 1, 25 icons of 512 px have 0.50, 0.68 and 0.71 of their arcs again,
 and the 16 pictures of `bench/flat.py` 49.47, 49.27 and 48.99 dB; without chains 0.24 and 49.50 dB."""
 
-ON_GRID = 1.75
-"""Distance from the picture, as a root mean square, that an outline on the grid of its drawing may have, in that of the
-outlines that are there. The grid is no free choice: by chance hardly any number lies on it. The renderers of pictures
-move outlines, and a free fit follows them: resvg draws 200 icons of lucide and material, at 512 px, 0.07 px off their
-exact coverage, at most 0.126 px, of which fits leave 0.04 to 0.09 px."""
+FITTED = 1.0
+"""The same move for parts of a drawing that has a grid, fitted without it: free curves follow errors of the picture's
+renderer that arcs and lines cannot."""
+
+ON_GRID = 0.13
+"""Distance in pixels from the picture, as a root mean square, that an outline on the grid of its drawing may have, if its
+parts fit. The grid is no free choice: by chance hardly any number lies on it. Renderers of pictures move outlines, and
+free fits follow them: resvg draws 200 icons of lucide and material, at 512 px, up to 0.126 px off exact coverage,
+half of them 0.07 px."""
 
 SHIFT = 0.25
 """Move in pixels of the whole drawing that tells what a move of an outline costs, for strokes too."""
@@ -100,7 +104,7 @@ class Verdict:
         Also return the boxes [B, 2, 2], least and greatest coordinates, of segments near which the error rises most.
         """
         rise, count = summed(self.critic.error(finely(new)) - self._before), new.structure.loop_count
-        on_grid = ON_GRID * self.spread * (np.zeros(count) if is_on_grid is None else is_on_grid.astype(np.float64))
+        on_grid = ON_GRID * (np.zeros(count) if is_on_grid is None else is_on_grid.astype(np.float64))
         detail, squares = ALLOWED * self.spread, (ALLOWED * self.spread) ** 2 * shares
         wrong, boxes = np.zeros(count, bool), list[Floats]()
         for scene in (self.scene, new):
@@ -139,7 +143,7 @@ class Verdict:
         """
         low, high = boxes_of(np.stack([control.min(1) - reach, control.max(1) + reach], 1), owner, count)
         worth = sums_in_boxes(self._summed_worth, low, high)
-        room = np.maximum(on_grid**2 * worth - sums_in_boxes(self._summed_before, low, high), 0.0)
+        room = np.maximum(on_grid**2 * worth - sums_in_boxes(self._summed_before, low, high), self.spread**2 * worth)
         return sums_in_boxes(rise, low, high) > np.where(on_grid > 0.0, room, squares * worth) + NOISE
 
 
