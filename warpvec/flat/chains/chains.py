@@ -93,7 +93,7 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
         tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], left[loop].is_closed)}
         if on is not None:
             whole = with_rows(scene, tried)
-            _, refused = _fit(verdict, whole, tried, np.full(len(sheet.widths), (FITTED / ALLOWED) ** 2), watch)
+            _, refused = _fit(verdict, whole, tried, watch, FITTED)
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
         new, mask = with_rows(drawing, found | tried), _mask(scene, tried)
         refused, boxes = verdict.refused(new, mask, shares_of(scene, new), mask if on else _mask(scene, held))
@@ -163,14 +163,14 @@ def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, _LoopRow
     tells.
     """
     first = with_rows(verdict.scene, said)
-    drawn, refused = _fit(verdict, first, chains, np.ones(first.structure.loop_count), watch)
+    drawn, refused = _fit(verdict, first, chains, watch, ALLOWED)
     return {loop: chain for loop, chain in _chains_of(drawn).items() if not refused[loop]}
 
 
-def _fit(verdict: Verdict, first: Scene, loops: Iterable[int], shares: Floats, watch: Watch) -> tuple[Scene, Mask]:
+def _fit(verdict: Verdict, first: Scene, loops: Iterable[int], watch: Watch, allowed: float) -> tuple[Scene, Mask]:
     """Return ``first`` fitted to the picture, and which of its ``loops`` the picture refuses then [L].
 
-    They may cause ``shares`` [L] of the error that is allowed.
+    They may cause the error of a move that is ``allowed``; see `verdict.ALLOWED`.
     """
     critic = verdict.critic
     locked = None if first.forms is None else first.forms.is_form
@@ -178,7 +178,8 @@ def _fit(verdict: Verdict, first: Scene, loops: Iterable[int], shares: Floats, w
         critic.target, first, critic.config, watch.side_part(), iterations=REFIT_ITERATIONS,
         values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
     ).scene  # fmt: skip
-    refused, _ = verdict.refused(replace(first, segments=drawn.segments), _mask(first, loops), shares)
+    shares = np.ones(first.structure.loop_count)
+    refused, _ = verdict.refused(replace(first, segments=drawn.segments), _mask(first, loops), shares, allowed=allowed)
     return drawn, refused
 
 

@@ -30,9 +30,9 @@ FITTED = 1.0
 renderer that arcs and lines cannot."""
 
 ON_GRID = 0.13
-"""Distance in pixels from the picture, as a root mean square, that an outline on the grid of its drawing may have, if its
-parts fit. The grid is no free choice: by chance hardly any number lies on it. Renderers of pictures move outlines, and
-free fits follow them: resvg draws 200 icons of lucide and material, at 512 px, up to 0.126 px off exact coverage,
+"""Distance in pixels from the picture, as a root mean square, that an outline on the grid of its drawing may have, if
+its parts fit. The grid is no free choice: by chance hardly any number lies on it. Renderers of pictures move outlines,
+and free fits follow them: resvg draws 200 icons of lucide and material, at 512 px, up to 0.126 px off exact coverage,
 half of them 0.07 px."""
 
 SHIFT = 0.25
@@ -95,17 +95,19 @@ class Verdict:
         left = math.sqrt(float(self._before.sum()) / max(float(self._worth.sum()), 1e-9))
         return min(max(left, SPREAD_MIN), self.detail)
 
-    def refused(self, new: Scene, changed: Mask, shares: Floats, is_on_grid: Mask | None = None) -> tuple[Mask, Floats]:
+    def refused(
+        self, new: Scene, changed: Mask, shares: Floats, is_on_grid: Mask | None = None, allowed: float = ALLOWED
+    ) -> tuple[Mask, Floats]:
         """Return which of the ``changed`` loops [L] of ``new`` the picture refuses [L]; its loops are those of old.
 
-        ``shares`` [L] tells how much of the error that is allowed each loop may cause. Loops ``is_on_grid`` [L] may
-        cause all that is allowed there.
+        ``shares`` [L] tells how much of the error of a move that is ``allowed`` each loop may cause. Loops
+        ``is_on_grid`` [L] may cause all that is allowed there.
 
         Also return the boxes [B, 2, 2], least and greatest coordinates, of segments near which the error rises most.
         """
         rise, count = summed(self.critic.error(finely(new)) - self._before), new.structure.loop_count
         on_grid = ON_GRID * (np.zeros(count) if is_on_grid is None else is_on_grid.astype(np.float64))
-        detail, squares = ALLOWED * self.spread, (ALLOWED * self.spread) ** 2 * shares
+        detail, squares = allowed * self.spread, (allowed * self.spread) ** 2 * shares
         wrong, boxes = np.zeros(count, bool), list[Floats]()
         for scene in (self.scene, new):
             control, loop = control_points(scene), segment_loops(scene)
