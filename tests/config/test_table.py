@@ -30,7 +30,7 @@ NEEDS: dict[str, dict[str, Any]] = {
 """Setting -> others that its value below needs."""
 
 CUSTOM: dict[str, Any] = {
-    "soft": "7", "threshold": "99", "line_width": "2.5", "blur": "1.5",
+    "soft": "7", "threshold": "99", "line_width": "2.5", "blur": "1.5", "grid": "24",
     "curves": 77, "gradients": 0.25, "palette": "#112233", "device": "cpu", "time_budget": 7.5,
     "growth": 3.0,
 }  # fmt: skip

@@ -40,6 +40,13 @@ def test_a_number_that_is_said_often_is_one_proof():
     assert grid_of(np.repeat(rough([7]), 12), (512, 512), 0.1) is None
 
 
+def test_a_drawing_of_which_most_lies_elsewhere_has_none():
+    some = UNIT * np.array([3.0, 12.0, 21.0, 6.0, 18.0, 9.0, 15.0])
+    assert grid_of(some, (512, 512), 0.02) is not None
+    rest = np.random.default_rng(2).uniform(10, 500, 60)
+    assert grid_of(np.concatenate([some, rest]), (512, 512), 0.02) is None
+
+
 def test_a_grid_that_is_given_needs_no_proof_and_off_has_none():
     values = rough([2, 3.3])
     given = grid_of(values, (512, 512), 0.1, "24")

@@ -42,6 +42,10 @@ SURE = 0.9
 EVIDENCE_MIN = math.log(len(SIDES)) + math.log(100.0)
 """Nats by which a grid must explain the numbers better than none: which side it has, and one wrong in a hundred."""
 
+NONE_MAX = 0.5
+"""Largest share of numbers that lie on no multiple: a drawing is on a grid if most of it is. The centre and the border
+of any drawing may be on one."""
+
 COARSER_SHARE = 0.5
 """Share of the nats of a grid with which one of whole multiples of its unit is taken: halves and quarters of a unit are
 as short to say, and a fine grid explains more by chance."""
@@ -111,7 +115,7 @@ def grid_of(values: Floats, size: tuple[int, int], spread: float, wanted: str = 
         return _explained(own, max(size) / int(wanted), int(wanted), spread)
     found = [_explained(own, max(size) / side, side, spread) for side in SIDES if _fits(size, side)]
     best = max(found, key=lambda grid: grid.nats, default=None)
-    if best is None or best.nats < EVIDENCE_MIN:
+    if best is None or best.nats < EVIDENCE_MIN or best.shares[-1] > NONE_MAX:
         return None
     coarser = [grid for grid in found if best.side % grid.side == 0 and grid.nats >= COARSER_SHARE * best.nats]
     return min(coarser, key=lambda grid: grid.side)

@@ -49,6 +49,8 @@ def with_met_ends(chains: dict[int, Chain], widths: Floats) -> dict[int, Chain]:
     found: dict[tuple[int, int], Floats] = {}
     for group in _groups(tips, reach):
         first, place = group[0], None
+        if len({ends[k][0] for k in group.tolist()}) < len(group):
+            continue  # a dot, or a line that nearly closes
         if len(group) == 1:
             place = _place_on_others(chains, widths, ends[first], tips[first], places[first], ways[first])
         else:
