@@ -59,7 +59,7 @@ def draw(**settings: Any) -> warpvec.Result:
 @pytest.fixture(scope="module")
 def plain() -> warpvec.Result:
     """Return the badge as it comes out without settings."""
-    return warpvec.vectorize(badge(), threads=1)
+    return warpvec.vectorize(badge(), threads=1, grid="off")
 
 
 def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec.Result) -> None:
