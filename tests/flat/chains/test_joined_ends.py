@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from chain_pictures import line
 
 from warpvec.flat.chains.chain import Chain
@@ -25,16 +26,19 @@ def test_the_three_ends_of_an_arrow_meet_at_its_tip():
     assert np.allclose(shaft[1], [300, 100]) and np.allclose(above[1], [160, 40])
 
 
-def test_an_end_that_lies_on_a_line_ends_there():
-    bar, stem = met(((40, 50), (200, 50)), ((120, 53), (120, 150)))
+@pytest.mark.parametrize("top", [46.0, 53.0, 59.0])
+def test_an_end_that_lies_on_a_line_ends_there(top: float):
+    bar, stem = met(((40, 50), (200, 50)), ((120, top), (120, 150)))
 
     assert np.allclose(stem[0], [120, 50], atol=0.1)
     assert np.allclose(bar, [[40, 50], [200, 50]])
 
 
-def test_an_end_that_shows_stays():
-    _, stem = met(((40, 50), (200, 50)), ((120, 58), (120, 150)))
-    assert np.allclose(stem[0], [120, 58])
+@pytest.mark.parametrize("top", [39.0, 62.0])
+def test_an_end_that_shows_stays(top: float):
+    """Beyond the line it shows sooner than short of it, where the bar covers half a width."""
+    _, stem = met(((40, 50), (200, 50)), ((120, top), (120, 150)))
+    assert np.allclose(stem[0], [120, top])
 
 
 def test_lines_of_one_direction_meet_halfway():

@@ -13,7 +13,10 @@ from warpvec.flat.chains.parts import LINE
 from warpvec.flat.chains.solve import Sketch
 
 REACH = 0.25
-"""Widths up to which an end lies under another stroke. Farther ends show: half a width is the edge of that stroke."""
+"""Widths up to which ends lie under each other, or beyond the line of another stroke. Farther ones show."""
+
+SHORT = 0.5
+"""Widths up to which an end is short of the line of another stroke and does not show: half a width is its edge."""
 
 SHOWN = 0.75
 """Widths from an end at which a centre line shows where it goes: nearer to it, the other stroke covers its edges."""
@@ -92,7 +95,8 @@ def _place_on_others(
     chains: dict[int, Chain], widths: Floats, end: tuple[int, int], tip: Floats, place: Floats, way: Floats
 ) -> Floats | None:
     """Return where the line through a ``place`` near an ``end`` meets another stroke that covers its ``tip``."""
-    own, best, found = widths[end[0]], REACH * widths[end[0]], None
+    own, best, found = widths[end[0]], SHORT * widths[end[0]], None
+    outward = way if end[1] else -way
     for loop, chain in chains.items():
         if loop == end[0] or abs(widths[loop] - own) > WIDTH_ERROR * own:
             continue
@@ -108,7 +112,10 @@ def _place_on_others(
         turn = way[0] * along[1] - way[1] * along[0]
         if abs(turn) > TURN_MIN * np.linalg.norm(along):
             off = chain.dense[k] - place
-            best, found = away[k], place + way * (off[0] * along[1] - off[1] * along[0]) / turn
+            crossing = place + way * (off[0] * along[1] - off[1] * along[0]) / turn
+            beyond = float((tip - crossing) @ outward)
+            if beyond <= REACH * own:
+                best, found = away[k], crossing
     return found
 
 
