@@ -48,8 +48,6 @@ def badge(mode: str = "RGB") -> NDArray[np.uint8]:
 
 
 QUICK: dict[str, Any] = {"threads": 1, "strokes": "off", "iterations": 4}
-IN_PIXELS: dict[str, Any] = {**QUICK, "grid": "off"}
-"""Whole pixels are numbers on a grid: without it, files are in pixels."""
 
 
 def draw(**settings: Any) -> warpvec.Result:
@@ -59,7 +57,7 @@ def draw(**settings: Any) -> warpvec.Result:
 @pytest.fixture(scope="module")
 def plain() -> warpvec.Result:
     """Return the badge as it comes out without settings."""
-    return warpvec.vectorize(badge(), threads=1, grid="off")
+    return warpvec.vectorize(badge(), threads=1)
 
 
 def test_flat_art_becomes_few_exact_paths_in_layers_of_one_colour(plain: warpvec.Result) -> None:
@@ -126,7 +124,7 @@ def test_clean_art_in_black_and_white_has_strokes() -> None:
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIDE}" height="{SIDE}"><path fill="none" stroke="#000" '
         'stroke-width="5" stroke-linecap="round" d="M12 14h30l8 30"/><circle cx="18" cy="42" r="8"/></svg>'
     )
-    result = warpvec.vectorize(draw_svg(original, SIDE, SIDE), threads=1, grid="off")
+    result = warpvec.vectorize(draw_svg(original, SIDE, SIDE), threads=1)
     assert result.metrics["mode"] == "mono"
     assert result.metrics["psnr"] > 45
     assert re.search('<path fill="none" stroke="#000" stroke-width="5(.0[0-9])?" stroke-linecap="round"', result.svg())
@@ -289,7 +287,7 @@ def test_black_and_white_art_of_forms_has_forms_and_else_one_path(shapes: str, f
 
 def test_paper_is_white_or_left_out() -> None:
     grey = np.minimum(badge(), 232)
-    kept, removed = (warpvec.vectorize(grey, **IN_PIXELS, paper=paper) for paper in ("keep", "remove"))
+    kept, removed = (warpvec.vectorize(grey, **QUICK, paper=paper) for paper in ("keep", "remove"))
     assert [each.metrics["mode"] for each in (kept, removed)] == ["flat", "flat"]
     assert '<rect id="background" width="64" height="64" fill="#fff"/>' in kept.svg()
     assert "background" not in removed.svg() and "#e8e8e8" not in removed.svg()
@@ -348,6 +346,11 @@ def test_an_icon_is_drawn_in_the_numbers_of_its_grid() -> None:
 def test_without_a_grid_the_file_is_in_pixels() -> None:
     result = warpvec.vectorize(icon(6), threads=1, grid="off")
     assert 'viewBox="0 0 144 144"' in result.svg() and "grid" not in result.metrics
+
+
+def test_a_grid_that_does_not_fit_the_canvas_is_refused() -> None:
+    with pytest.raises(InputError, match="grid"):
+        warpvec.vectorize(icon(6)[:100], threads=1, mode="flat", grid=24)
 
 
 @pytest.mark.parametrize("grid", ["0", "on", 5000])

@@ -328,7 +328,7 @@ class CoreSettings:
     """Units per pixel of a minified file; 0 for as many as the paths need."""
     grid: str = setting(
         "auto", _GRID, "Drawings: units along the longer side of the grid that it was made on; auto or off.", RESULT,
-        modes=("flat", "mono", "lines"), stated="if used",
+        modes=("flat", "mono"), stated="if used",
     )  # fmt: skip
     """Units along the longer side of the grid that the drawing was made on. "auto" finds it. Numbers that are meant to
     be on it are put there, and the file is in its units. "off" for pixels."""

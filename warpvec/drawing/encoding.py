@@ -125,11 +125,11 @@ class Encoding:
         return self._shortest(size, sides)
 
     def on_grid(self, side: int) -> Encoding:
-        """Return the encoding in units of which the longer side has ``side``. Size and precision stay."""
+        """Return the encoding in units of which the longer side has ``side``. No number gets coarser."""
         height, width = self.picture.height, self.picture.width
         unit = max(height, width) / side
         size = (round(height / unit), round(width / unit))
-        more = max(0, round(math.log10(unit)))
+        more = max(0, math.ceil(math.log10(unit) - 1e-9))
         sides = self.sides or (str(width), str(height))
         return replace(self, size=size, precision=self.precision + more, sides=sides, grid=side)
 

@@ -12,11 +12,12 @@ import torch
 from warpvec.condition.condition import Condition
 from warpvec.condition.jpeg import Jpeg
 from warpvec.condition.unrounding import EnlargedRounding, JpegRounding, Rounding
-from warpvec.config.fit_config import FitConfig
+from warpvec.config.fit_config import AUTO, OFF, FitConfig
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
+from warpvec.errors import InputError
 from warpvec.fit.loop import single_torch_thread
-from warpvec.flat.chains.grid import grid_side
+from warpvec.flat.chains.grid import fits, grid_side
 from warpvec.flat.color_layers.layering import layered
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.cutting.cutout import cut_out
@@ -139,8 +140,20 @@ def _jpeg_of(work: FlatDrawing) -> Jpeg | None:
 def reduced_settings(request: Request) -> FitConfig:
     """Return the settings with areas in pixels of the reduced picture. Flat art is drawn on the CPU."""
     picture, settings = request.picture, request.settings
+    _check_grid(settings.grid, picture.reduced_size)
     area = settings.min_area * picture.reduced[..., 0].size / picture.pixels[..., 0].size
     return replace(settings, min_area=area, device="cpu")
+
+
+def _check_grid(grid: str, size: tuple[int, int]) -> None:
+    """Refuse a number of units with which a side of a canvas has no whole number of them.
+
+    Raises:
+        InputError: it is so.
+    """
+    if grid not in (AUTO, OFF) and not fits(size, int(grid)):
+        rule = f"must give both sides of {size[1]} x {size[0]} pixels whole units, at least a pixel each"
+        raise InputError("grid", rule, grid, "give another number, or off")
 
 
 def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, int]) -> Drawing:
@@ -157,7 +170,9 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names, simplify=with_simple_outlines)
-    side = 0 if encoding.is_minified else grid_side(scene, encoding.picture.reduced_size, settings.grid)
+    # Minified files have units of their own, and parts that are cut out meet at ticks of pixels.
+    is_in_pixels = encoding.is_minified or settings.cutout
+    side = 0 if is_in_pixels else grid_side(scene, encoding.picture.reduced_size, settings.grid)
     encoding = encoding.on_grid(side) if side else encoding
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)
 

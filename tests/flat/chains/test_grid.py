@@ -36,6 +36,13 @@ def test_numbers_at_random_have_none():
     assert count <= 1
 
 
+@pytest.mark.parametrize("side", [240, 400, 512])
+def test_whole_pixels_are_no_grid(side: int):
+    for seed in range(20):
+        values = np.random.default_rng(seed).integers(8, side - 8, 20).astype(float)
+        assert grid_of(values, (side, side), 0.05) is None
+
+
 def test_a_number_that_is_said_often_is_one_proof():
     assert grid_of(np.repeat(rough([7]), 12), (512, 512), 0.1) is None
 

@@ -12,9 +12,9 @@ from warpvec.flat.chains.joined_ends import with_met_ends
 WIDTH = 20.0
 
 
-def met(*lines: tuple[tuple[float, float], tuple[float, float]]) -> list[np.ndarray]:
+def met(*lines: tuple[tuple[float, float], tuple[float, float]], looks: np.ndarray | None = None) -> list[np.ndarray]:
     chains = {k: Chain.of(line(*each), is_closed=False) for k, each in enumerate(lines)}
-    found = with_met_ends(chains, np.full(len(chains), WIDTH))
+    found = with_met_ends(chains, np.full(len(chains), WIDTH), np.zeros(len(chains), int) if looks is None else looks)
     return [np.stack([found[k].points[0], found[k].points[-1]]) for k in range(len(chains))]
 
 
@@ -39,6 +39,11 @@ def test_an_end_that_shows_stays(top: float):
     """Beyond the line it shows sooner than short of it, where the bar covers half a width."""
     _, stem = met(((40, 50), (200, 50)), ((120, top), (120, 150)))
     assert np.allclose(stem[0], [120, top])
+
+
+def test_an_end_on_a_stroke_of_another_colour_stays():
+    _, stem = met(((40, 50), (200, 50)), ((120, 53), (120, 150)), looks=np.array([0, 1]))
+    assert np.allclose(stem[0], [120, 53])
 
 
 def test_lines_of_one_direction_meet_halfway():

@@ -38,22 +38,20 @@ HIDDEN = 0.02
 
 
 class Cover(NamedTuple):
-    """The other strokes of a path.
+    """The other strokes of one look.
 
     Attributes:
         tree: of points along their centre lines, at most about a pixel apart.
-        reach: half of their width in pixels.
-        half: half of the width of the stroke that they may cover.
+        half: half of their width in pixels.
     """
 
     tree: cKDTree
-    reach: float
     half: float
 
     def hides(self, points: Floats, along: Floats) -> Mask:
         """Return where on a centre line both edges lie under other strokes: at ``points`` [K, 2], by its direction."""
         across = self.half * np.stack([-along[:, 1], along[:, 0]], 1)
-        found: Mask = np.maximum(*(self.tree.query(points + side * across)[0] for side in (-1.0, 1.0))) < self.reach
+        found: Mask = np.maximum(*(self.tree.query(points + side * across)[0] for side in (-1.0, 1.0))) < self.half
         return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -16,8 +16,7 @@ from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain, Cover
 from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
-from warpvec.flat.chains.grid import HANDLE_ERROR, RADIUS_MIN, Grid, grid_of, hold_grid, on_grid
-from warpvec.flat.chains.grid import numbers_of as file_numbers_of
+from warpvec.flat.chains.grid import HANDLE_ERROR, RADIUS_MIN, Grid, grid_of, hold_grid, on_grid, stated_numbers
 from warpvec.flat.chains.joined_ends import join_ends, with_met_ends
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
@@ -40,9 +39,20 @@ from warpvec.watch.watch import Watch
 _LoopRows = tuple[Floats, Mask]
 """The rows [S, 3, 2] of a loop, and which are lines [S]."""
 
-TRIED = ((1.0, True), (1.0, True), (1.0, False), (0.5, False))
-"""Deviations of places, in those of the picture, that are tried, and whether with relations. What the picture refuses
-is tried with the next, and must be nearer where it was refused."""
+
+class _Attempt(NamedTuple):
+    """A way to say chains: the deviation of places in that of the picture, whether with relations and on the grid."""
+
+    share: float
+    is_regular: bool
+    is_on_grid: bool = False
+
+
+TRIED = (
+    _Attempt(0.5, True, True), _Attempt(1.0, True), _Attempt(1.0, True), _Attempt(1.0, False), _Attempt(0.5, False),
+)  # fmt: skip
+"""What the picture refuses is tried in the next way, and must be nearer where it was refused. Parts on a grid must be
+nearer from the start, as the picture says less of them."""
 
 FIRST_ROUNDS = 3
 """Steps of solutions without relations: the first one is fitted to the picture, and others begin near their end."""
@@ -58,8 +68,27 @@ NEAR, NEAR_MIN, NEAR_MAX = 2.0, 0.05, 0.1
 """Moves of numbers that a relation may cause, in deviations of places, and bounds of them in pixels. The picture
 judges afterwards."""
 
+WIDTH_STEP = 0.5
+"""Step in pixels of the widths of strokes that have one look: fits leave a tenth."""
+
 CURVES_MAX = 400
 """Most curves of a chain that is looked at: longer ones are no designer's."""
+
+
+class _Sheet(NamedTuple):
+    """What a drawing is on.
+
+    Attributes:
+        nats: of a number.
+        middle: of the canvas.
+        widths: that of the stroke of each loop [L]; 0 for an outline.
+        looks: the number of the look of each loop [L]: its paint and its width.
+    """
+
+    nats: float
+    middle: tuple[float, float]
+    widths: Floats
+    looks: Integers
 
 
 def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> Scene:
@@ -73,44 +102,93 @@ def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitC
     """
     if not len(scene) or watch.is_over():
         return scene
-    left, verdict = _chains_of(scene), Verdict(scene, critic, detail)
-    height, width = critic.image.shape[:2]
-    sheet = _Sheet(number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene))
-    if left:
-        left |= _fitted(verdict, left, _said(left, detail, sheet), watch)
-    fixed = _points_but(scene, left)
-    first = _said(left, verdict.spread, sheet, fixed)
-    numbers = file_numbers_of(with_rows(scene, first))
-    grid = grid_of(numbers, (height, width), _near(verdict.spread), critic.config.grid)
-    drawing = scene if grid is None else _on_grid(verdict, grid)
-    found: dict[int, _LoopRows] = {}
-    held = set[int]()
-    for share, is_regular, on in ([] if grid is None else [(0.5, True, grid)]) + [(*each, None) for each in TRIED]:
-        if not left or watch.is_over():
-            break
-        fixed = _points_but(scene, left)
-        said = _said(left, share * verdict.spread, sheet, fixed if is_regular else None, on)
-        tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], left[loop].is_closed)}
-        if on is not None:
-            whole = with_rows(scene, tried)
-            _, refused = _fit(verdict, whole, tried, watch, FITTED)
+    work = _Work.of(scene, critic, watch, detail)
+    work.find_grid()
+    for attempt in TRIED:
+        if work.left and not watch.is_over():
+            work.make(attempt)
+    return work.settled()
+
+
+@dataclass(eq=False)
+class _Work:
+    """The work on the chains of one drawing.
+
+    Attributes:
+        verdict: judges them.
+        sheet: what they are on.
+        watch: as in `with_chains`.
+        left: the chains that are not said yet, by their loops.
+        drawing: the scene in which loops are replaced: that of the verdict, with its forms and widths on its grid.
+        grid: of the drawing; None for none.
+        found: what was accepted, by loops.
+        held: the loops of these whose numbers are on the grid.
+    """
+
+    verdict: Verdict
+    sheet: _Sheet
+    watch: Watch
+    left: dict[int, Chain]
+    drawing: Scene
+    grid: Grid | None = None
+    found: dict[int, _LoopRows] = field(default_factory=dict)
+    held: set[int] = field(default_factory=set)
+
+    @staticmethod
+    def of(scene: Scene, critic: Critic, watch: Watch, detail: float) -> _Work:
+        """Return the work on a ``scene``, whose chains are those of a fit of the right parts where that comes near."""
+        left, verdict = _chains_of(scene), Verdict(scene, critic, detail)
+        height, width = critic.image.shape[:2]
+        sheet = _Sheet(
+            number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene)
+        )
+        if left:
+            left |= _fitted(verdict, left, _said(left, detail, sheet), watch)
+        return _Work(verdict, sheet, watch, left, scene)
+
+    def find_grid(self) -> None:
+        """Find the grid of the drawing by the numbers of its chains with their relations."""
+        scene, spread = self.verdict.scene, self.verdict.spread
+        said = _said(self.left, spread, self.sheet, _points_but(scene, self.left))
+        numbers = stated_numbers(with_rows(scene, said))
+        image, config = self.verdict.critic.image, self.verdict.critic.config
+        self.grid = grid_of(numbers, (image.shape[0], image.shape[1]), _near(spread), config.grid)
+        if self.grid is not None:
+            self.drawing = _on_grid(self.verdict, self.grid)
+
+    def make(self, attempt: _Attempt) -> None:
+        """Say the chains that are left in one way, and take what the picture accepts."""
+        grid, scene = self.grid if attempt.is_on_grid else None, self.verdict.scene
+        if attempt.is_on_grid and grid is None:
+            return
+        fixed = _points_but(scene, self.left) if attempt.is_regular else None
+        said = _said(self.left, attempt.share * self.verdict.spread, self.sheet, fixed, grid)
+        tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], self.left[loop].is_closed)}
+        if attempt.is_on_grid:
+            _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, FITTED)
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
-        new, mask = with_rows(drawing, found | tried), _mask(scene, tried)
-        refused, boxes = verdict.refused(new, mask, shares_of(scene, new), mask if on else _mask(scene, held))
-        found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
-        left = {loop: chain for loop, chain in left.items() if loop not in found}
-        if on is None:
-            left = {loop: chain.firmer_in(boxes) for loop, chain in left.items()}
-        else:
-            held = set(found)
-    # What is refused may have covered what others do wrong.
-    while found:
-        new = with_rows(drawing, found)
-        refused, _ = verdict.refused(new, _mask(scene, found), shares_of(scene, new), _mask(scene, held))
-        if not refused.any():
-            return new
-        found = {loop: rows for loop, rows in found.items() if not refused[loop]}
-    return drawing
+            self.held = set(tried)
+        new = with_rows(self.drawing, self.found | tried)
+        refused, boxes = self._refused(new, tried)
+        self.found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
+        self.held &= set(self.found)
+        self.left = {loop: chain for loop, chain in self.left.items() if loop not in self.found}
+        if not attempt.is_on_grid:
+            self.left = {loop: chain.firmer_in(boxes) for loop, chain in self.left.items()}
+
+    def settled(self) -> Scene:
+        """Return the drawing with what was found. What was refused may have covered what others do wrong."""
+        while self.found:
+            new = with_rows(self.drawing, self.found)
+            refused, _ = self._refused(new, self.found)
+            if not refused.any():
+                return new
+            self.found = {loop: rows for loop, rows in self.found.items() if not refused[loop]}
+        return self.drawing
+
+    def _refused(self, new: Scene, loops: Iterable[int]) -> tuple[Mask, Floats]:
+        scene = self.verdict.scene
+        return self.verdict.refused(new, _mask(scene, loops), shares_of(scene, new), _mask(scene, self.held))
 
 
 def _on_grid(verdict: Verdict, grid: Grid) -> Scene:
@@ -199,14 +277,22 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
 
 
 def _covered(loop: int, chains: dict[int, Chain], scene: Scene) -> Chain:
-    """Return the chain of a ``loop`` with the other strokes of its path as its cover."""
-    chain, owner = chains[loop], _owners(scene)
-    paint = list(map(tuple, scene.color[owner].tolist()))
-    others = [each.dense for other, each in chains.items() if other != loop and paint[other] == paint[loop]]
-    if scene.strokes is None or not others or float(scene.strokes.width[owner[loop]]) == 0.0:
+    """Return the chain of a ``loop`` with the other strokes of its look as its cover."""
+    chain, looks, width = chains[loop], _looks_of(scene), float(_widths_of(scene)[loop])
+    others = [each.dense for other, each in chains.items() if other != loop and looks[other] == looks[loop]]
+    if not others or width == 0.0:
         return chain
-    half = float(scene.strokes.width[owner[loop]]) / 2.0
-    return Chain.of(chain.curves, chain.is_closed, chain.firm, Cover(cKDTree(np.concatenate(others)), half, half))
+    cover = Cover(cKDTree(np.concatenate(others)), width / 2.0)
+    return Chain.of(chain.curves, chain.is_closed, chain.firm, cover)
+
+
+def _looks_of(scene: Scene) -> Integers:
+    """Return the number of the look of each loop [L]: its colour, and its width but for what fits leave."""
+    width = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy()
+    values = np.concatenate([scene.color.double().numpy(), scene.opacity.double().numpy()[:, None]], 1)
+    values = np.concatenate([np.round(255.0 * values), np.round(width / WIDTH_STEP)[:, None]], 1)
+    numbers: Integers = np.unique(values, axis=0, return_inverse=True)[1].reshape(-1)[_owners(scene)]
+    return numbers
 
 
 def _owners(scene: Scene) -> Integers:
@@ -234,14 +320,6 @@ def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:
     return cubic_points(control[stays], (np.arange(8) + 0.5) / 8).reshape(-1, 2)
 
 
-class _Sheet(NamedTuple):
-    """What a drawing is on: the nats of a number, the middle of the canvas, and the width of each loop's stroke [L]."""
-
-    nats: float
-    middle: tuple[float, float]
-    widths: Floats
-
-
 def _said(
     chains: dict[int, Chain], spread: float, sheet: _Sheet, fixed: Floats | None = None, grid: Grid | None = None
 ) -> dict[int, _LoopRows]:
@@ -257,7 +335,7 @@ def _said(
     if not chains:
         return {}
     near = _near(spread)
-    chains = chains if fixed is None else with_met_ends(chains, sheet.widths)
+    chains = chains if fixed is None else with_met_ends(chains, sheet.widths, sheet.looks)
     folds = {} if fixed is None else folds_of(chains, fixed, near)
     twins = {each[0].twin for each in folds.values()}
     loops = [loop for loop in chains if loop not in twins]

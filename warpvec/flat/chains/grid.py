@@ -112,19 +112,22 @@ def grid_of(values: Floats, size: tuple[int, int], spread: float, wanted: str = 
     if wanted == OFF or not len(own):
         return None
     if wanted != AUTO:
-        return _explained(own, max(size) / int(wanted), int(wanted), spread)
-    found = [_explained(own, max(size) / side, side, spread) for side in SIDES if _fits(size, side)]
+        return _explained(own, max(size) / int(wanted), int(wanted), spread) if fits(size, int(wanted)) else None
+    found = [_explained(own, max(size) / side, side, spread) for side in SIDES if fits(size, side)]
     best = max(found, key=lambda grid: grid.nats, default=None)
-    if best is None or best.nats < EVIDENCE_MIN or best.shares[-1] > NONE_MAX:
+    if best is None or best.shares[-1] > NONE_MAX:
+        return None
+    # Whole pixels are multiples of some part of many units: the unit itself must explain more.
+    pixels = _explained(own, 1.0, max(size), spread, (1,))
+    if best.nats < max(pixels.nats, 0.0) + EVIDENCE_MIN:
         return None
     coarser = [grid for grid in found if best.side % grid.side == 0 and grid.nats >= COARSER_SHARE * best.nats]
     return min(coarser, key=lambda grid: grid.side)
 
 
-def _fits(size: tuple[int, int], side: int) -> bool:
-    """Return whether the shorter side of a canvas has a whole number of units too, and a unit some pixels."""
-    unit = max(size) / side
-    return unit >= 1.0 and abs(min(size) / unit - round(min(size) / unit)) * unit <= 0.5
+def fits(size: tuple[int, int], side: int) -> bool:
+    """Return whether the shorter side of a canvas has a whole number of units too, and a unit a pixel at least."""
+    return max(size) >= side and min(size) * side % max(size) == 0
 
 
 def _distinct(values: Floats, spread: float) -> Floats:
@@ -133,9 +136,9 @@ def _distinct(values: Floats, spread: float) -> Floats:
     return ordered[np.append(True, np.diff(ordered) > 2.0 * spread)] if len(ordered) else ordered
 
 
-def _explained(values: Floats, unit: float, side: int, spread: float) -> Grid:
-    density, _ = _densities(values, unit, spread)
-    shares = np.full(len(PARTS) + 1, 1.0 / (len(PARTS) + 1))
+def _explained(values: Floats, unit: float, side: int, spread: float, parts: tuple[int, ...] = PARTS) -> Grid:
+    density, _ = _densities(values, unit, spread, parts)
+    shares = np.full(len(parts) + 1, 1.0 / (len(parts) + 1))
     for _ in range(ROUNDS):
         weighted = shares * density
         counts = (weighted / weighted.sum(1, keepdims=True)).sum(0) + PRIOR
@@ -143,12 +146,12 @@ def _explained(values: Floats, unit: float, side: int, spread: float) -> Grid:
     return Grid(unit, side, shares, spread, float(np.log((shares * density).sum(1)).sum()))
 
 
-def _densities(values: Floats, unit: float, spread: float) -> tuple[Floats, Floats]:
-    """Return the densities of ``values`` [K] over an even one, for each of ``PARTS`` and for none, and the multiples.
+def _densities(values: Floats, unit: float, spread: float, parts: tuple[int, ...] = PARTS) -> tuple[Floats, Floats]:
+    """Return the densities of ``values`` [K] over an even one, for each of P ``parts`` and for none, and the multiples.
 
-    The shapes are [K, 5] and [K, 4].
+    The shapes are [K, P + 1] and [K, P].
     """
-    steps = unit / np.array(PARTS)
+    steps = unit / np.array(parts)
     places = np.round(values[:, None] / steps) * steps
     off = (values[:, None] - places) / spread
     near = steps / (spread * math.sqrt(2.0 * math.pi)) * np.exp(-0.5 * np.square(off))
@@ -204,26 +207,27 @@ def grid_side(scene: Scene, size: tuple[int, int], wanted: str) -> int:
         size: height and width of the canvas in pixels.
         wanted: as in `grid_of`.
     """
-    grid = grid_of(numbers_of(scene), size, EXACT, wanted)
+    grid = grid_of(stated_numbers(scene), size, EXACT, wanted)
     return 0 if grid is None or grid.side == max(size) else grid.side
 
 
 def share_on_halves(scene: Scene, unit: float) -> float:
     """Return the share of the numbers of a ``scene`` that are whole multiples of half a ``unit`` in pixels."""
-    halves = numbers_of(scene) / (unit / 2.0)
+    halves = stated_numbers(scene) / (unit / 2.0)
     return float((np.abs(halves - np.round(halves)) * unit / 2.0 <= EXACT).mean()) if len(halves) else 0.0
 
 
-def numbers_of(scene: Scene) -> Floats:
+def stated_numbers(scene: Scene) -> Floats:
     """Return the numbers that a file says of ``scene`` [K]: nodes, radii, sides of forms, and widths of strokes."""
     control, structure = whole_curves(scene).double().numpy(), scene.structure
-    found, is_outline = list[Floats](), ~structure.end_rows.numpy()
+    found, is_outline = list[Floats](), np.ones(len(control), bool)
     if scene.forms is not None:
         is_outline &= ~scene.forms.is_form.numpy()[structure.segment_path.numpy()]
         for _, form, paths in scene.forms.groups():
             found.append(form.numbers(scene.forms.parameters[paths].double()).numpy().ravel())
     x, y, radius = own_circles(control[:, :3], control[:, 3])
-    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & is_outline
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN)
+    is_arc &= is_outline & ~structure.end_rows.numpy()
     circle = np.stack([x, y, radius], 1)
     after = structure.segment_next.numpy()
     goes_on = np.zeros(len(control), bool)

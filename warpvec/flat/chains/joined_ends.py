@@ -21,9 +21,6 @@ SHORT = 0.5
 SHOWN = 0.75
 """Widths from an end at which a centre line shows where it goes: nearer to it, the other stroke covers its edges."""
 
-WIDTH_ERROR = 0.1
-"""Share by which the widths of strokes that meet may differ."""
-
 TURN_MIN = 0.1
 """Least sine between centre lines by which it is told where they meet; others meet halfway."""
 
@@ -34,12 +31,13 @@ SAME, LYING = 1e-3, 0.2
 """Pixels between places that are one, and from a line on which a place lies: lines follow chains, which may bend."""
 
 
-def with_met_ends(chains: dict[int, Chain], widths: Floats) -> dict[int, Chain]:
+def with_met_ends(chains: dict[int, Chain], widths: Floats, looks: Integers) -> dict[int, Chain]:
     """Return ``chains`` by their loops, with ends that lie under others moved to where their centre lines meet.
 
     Args:
         chains: outlines and centre lines.
         widths: that of the stroke of each loop [L], in pixels; 0 for an outline.
+        looks: the number of the look of each loop [L]: strokes of one look meet.
     """
     opened = [loop for loop, chain in chains.items() if not chain.is_closed and widths[loop] > 0.0]
     ends = [(loop, side) for loop in opened for side in (0, 1)]
@@ -50,15 +48,16 @@ def with_met_ends(chains: dict[int, Chain], widths: Floats) -> dict[int, Chain]:
     places, ways = (np.array(each) for each in zip(*shown, strict=True))
     reach = REACH * widths[[loop for loop, _ in ends]]
     found: dict[tuple[int, int], Floats] = {}
-    for group in _groups(tips, reach):
+    for group in _groups(tips, reach, looks[[loop for loop, _ in ends]]):
         first, place = group[0], None
         if len({ends[k][0] for k in group.tolist()}) < len(group):
             continue  # a dot, or a line that nearly closes
         if len(group) == 1:
-            place = _place_on_others(chains, widths, ends[first], tips[first], places[first], ways[first])
+            alike = {loop: chain for loop, chain in chains.items() if looks[loop] == looks[ends[first][0]]}
+            place = _place_on_others(alike, widths, ends[first], tips[first], places[first], ways[first])
         else:
             place = _crossing(places[group], ways[group], tips[group].mean(0))
-        if place is not None and (np.linalg.norm(tips[group] - place, axis=1) <= 2.0 * reach[group]).all():
+        if place is not None and (np.linalg.norm(tips[group] - place, axis=1) <= SHORT / REACH * reach[group]).all():
             found |= {ends[k]: place for k in group}
     moved = dict(chains)
     for (loop, side), place in found.items():
@@ -74,9 +73,10 @@ def _shown(chain: Chain, side: int, back: float) -> tuple[Floats, Floats]:
     return chain.points[k], chain.along[k]
 
 
-def _groups(tips: Floats, reach: Floats) -> list[Integers]:
-    """Return the ends [K] in groups that lie under each other."""
+def _groups(tips: Floats, reach: Floats, looks: Integers) -> list[Integers]:
+    """Return the ends [K] of one look in groups that lie under each other."""
     is_near = np.linalg.norm(tips[:, None] - tips, axis=2) <= np.minimum(reach[:, None], reach)
+    is_near &= looks[:, None] == looks
     count, labels = csgraph.connected_components(is_near, directed=False)
     return [np.flatnonzero(labels == k) for k in range(count)]
 
@@ -95,28 +95,24 @@ def _place_on_others(
     chains: dict[int, Chain], widths: Floats, end: tuple[int, int], tip: Floats, place: Floats, way: Floats
 ) -> Floats | None:
     """Return where the line through a ``place`` near an ``end`` meets another stroke that covers its ``tip``."""
-    own, best, found = widths[end[0]], SHORT * widths[end[0]], None
-    outward = way if end[1] else -way
+    own, outward, found = widths[end[0]], way if end[1] else -way, list[tuple[float, Floats]]()
     for loop, chain in chains.items():
-        if loop == end[0] or abs(widths[loop] - own) > WIDTH_ERROR * own:
-            continue
         away = np.linalg.norm(chain.dense - tip, axis=1)
         k = int(np.argmin(away))
-        if away[k] > best + 1.0:
+        if loop == end[0] or away[k] > SHORT * own + 1.0:
             continue
-        corners = np.linalg.norm(chain.points[chain.is_corner] - tip, axis=1)
-        if corners.min(initial=np.inf) <= best:
-            found = chain.points[chain.is_corner][int(np.argmin(corners))]
+        corners = chain.points[chain.is_corner]
+        gaps = np.linalg.norm(corners - tip, axis=1)
+        if gaps.min(initial=np.inf) <= SHORT * own:
+            found.append((float(gaps.min()), corners[int(np.argmin(gaps))]))
             continue
         along = chain.dense[min(k + 1, len(chain.dense) - 1)] - chain.dense[max(k - 1, 0)]
-        turn = way[0] * along[1] - way[1] * along[0]
+        turn = _cross(way, along)
         if abs(turn) > TURN_MIN * np.linalg.norm(along):
-            off = chain.dense[k] - place
-            crossing = place + way * (off[0] * along[1] - off[1] * along[0]) / turn
-            beyond = float((tip - crossing) @ outward)
-            if beyond <= REACH * own:
-                best, found = away[k], crossing
-    return found
+            crossing = place + way * _cross(chain.dense[k] - place, along) / turn
+            if (tip - crossing) @ outward <= REACH * own:
+                found.append((float(away[k]), crossing))
+    return min(found, key=lambda each: each[0])[1] if found else None
 
 
 def _with_end(chain: Chain, side: int, place: Floats) -> Chain:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats
-from warpvec.config.fit_config import FitConfig
+from warpvec.config.fit_config import OFF, FitConfig
 from warpvec.flat.chains.chains import with_chains
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.constants.mono import MONO
@@ -117,7 +117,8 @@ def _fitted(lines: list[DrawnLine], paper: Floats, settings: FitConfig, watch: W
     attached = attached_ends(before)
     if watch.is_over():
         return with_shared_nodes(before, attached)
-    critic = Critic(torch.from_numpy(np.repeat(paper[..., None], 3, 2).astype(np.float32)), settings)
+    in_pixels = replace(settings, grid=OFF)
+    critic = Critic(torch.from_numpy(np.repeat(paper[..., None], 3, 2).astype(np.float32)), in_pixels)
     watch.listener.hold()  # from now on, there are lines to save
     drawn = polish(
         critic.target, over_white(scene_of(paths)), settings, watch.part(planned=LINES.iterations),
