@@ -47,7 +47,7 @@ from warpvec.config.setting import PHOTO, Setting, photo_setting, setting, setti
 from warpvec.errors import InputError
 
 AUTO, OFF = "auto", "off"
-"""Value of ``gradients`` that leaves their number to the fit."""
+"""Values of settings that leave a choice to the picture, or that want none of it."""
 
 
 def _check_gradients(name: str, value: object) -> float | str | None:
