@@ -84,7 +84,9 @@ export function connectDropping(add, say) {
       return;
     }
     const found = pictures(files);
-    if (files?.length && !found.length) say("This is neither a picture nor an SVG: drop a file such as PNG, JPEG, WebP, AVIF, TIFF, PSD, PDF or SVG");
+    if (files?.length && !found.length) {
+      say("This is neither a picture nor an SVG: drop a file such as PNG, JPEG, WebP, AVIF, TIFF, PSD, PDF or SVG");
+    }
     add(found);
   });
   addEventListener("paste", (event) => {
