@@ -30,6 +30,9 @@ SIDES = (24, 16, 20, 32, 48, 64, 100, 128, 256, 512)
 PARTS = (1, 2, 4, 10)
 """A number is a multiple of the unit over one of these."""
 
+STEP_MIN = 1.0
+"""Shortest step in pixels of the multiples of a grid: places on finer ones are so dense that any number is near one."""
+
 ROUNDS = 30
 """Rounds of expectation maximisation. Shares of a dozen numbers have settled after ten."""
 
@@ -155,6 +158,7 @@ def _densities(values: Floats, unit: float, spread: float, parts: tuple[int, ...
     places = np.round(values[:, None] / steps) * steps
     off = (values[:, None] - places) / spread
     near = steps / (spread * math.sqrt(2.0 * math.pi)) * np.exp(-0.5 * np.square(off))
+    near *= steps >= STEP_MIN
     return np.concatenate([near, np.ones((len(values), 1))], 1), places
 
 
