@@ -193,7 +193,7 @@ def record(folder: Path) -> dict[str, Any]:
 
 
 def run_command(words: list[str], folder: Path, exit_code: int = 0) -> dict[str, Any]:
-    """Run ``warpvec`` with the arguments ``words``; return its exit code, its report and the files that it wrote.
+    """Run ``warpvec`` with the arguments ``words``. Return the exit code, the report and the files.
 
     Raises:
         SystemExit: the command ends with another code than ``exit_code``.

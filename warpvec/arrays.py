@@ -1,4 +1,4 @@
-"""Types of NumPy arrays, by the numbers that they hold, counting in many runs at once, and parts of long ones."""
+"""Types of NumPy arrays, by the numbers that they hold, and small functions of arrays that NumPy lacks."""
 
 from __future__ import annotations
 
@@ -22,3 +22,9 @@ def counted(counts: Integers) -> Integers:
 def blocks(count: int, size: int) -> list[slice]:
     """Return the slices of up to ``size`` rows that ``count`` rows consist of; one of no rows if there are none."""
     return [slice(start, min(start + size, count)) for start in range(0, max(count, 1), size)]
+
+
+def cross(first: Floats, second: Floats) -> Floats:
+    """Return the cross products [...] of vectors [..., 2]: above 0 where the turn is from x to y."""
+    product: Floats = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    return product

@@ -1,4 +1,4 @@
-"""The short form of a file: what it saves, what it draws, and that it is read back exactly."""
+"""The short form of a file saves bytes, draws the same, and is read back exactly."""
 
 from __future__ import annotations
 

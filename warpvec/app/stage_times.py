@@ -26,9 +26,10 @@ class StageTimes:
         self._times: dict[str, deque[float]] = defaultdict(lambda: deque(maxlen=_KEPT))
 
     def begin(self, words: str) -> dict[str, Any]:
-        """Note that a stage begins, which ends the one before, and return its facts: "words" and "seconds".
+        """End the stage before, begin one, and return its facts: "words" and "seconds".
 
-        These are the longest of its last times, or what was measured elsewhere; None for a stage that is not known.
+        The seconds are the longest of its last times, or what was measured elsewhere. They are None for a stage that is
+        not known.
         """
         self.end()
         self._running = (words, self._clock())

@@ -129,9 +129,8 @@ class Encoding:
         height, width = self.picture.height, self.picture.width
         unit = max(height, width) / side
         size = (round(height / unit), round(width / unit))
-        more = max(0, math.ceil(math.log10(unit) - 1e-9))
         sides = self.sides or (str(width), str(height))
-        return replace(self, size=size, precision=self.precision + more, sides=sides, grid=side)
+        return replace(self, size=size, precision=self.precision + more_decimals(unit), sides=sides, grid=side)
 
     def _in_proportion(self, units: float) -> Encoding:
         """Return the shortest form with about ``units`` per pixel, in the proportions of the picture.
@@ -257,6 +256,11 @@ def _blurred(drawn: NDArray[np.uint8], deviation: float) -> NDArray[np.float32]:
     image, has_alpha = torch.from_numpy(drawn) / 255.0, is_transparent(drawn)
     blurred: NDArray[np.float32] = GaussianBlur(deviation)(premultiplied(image) if has_alpha else image).numpy()
     return straight(blurred) if has_alpha else blurred
+
+
+def more_decimals(unit: float) -> int:
+    """Return the decimals that numbers in units of so many pixels need more than those in pixels."""
+    return max(0, math.ceil(math.log10(unit) - 1e-9))
 
 
 def flat_units(settings: FitConfig) -> int:

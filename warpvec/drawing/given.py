@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
-from warpvec.drawing.encoding import Encoding, flat_units
+from warpvec.drawing.encoding import Encoding, flat_units, more_decimals
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.image.picture import Picture
@@ -51,7 +50,7 @@ def encoding_like(drawing: LoadedSvg, data: bytes, usual: Encoding) -> Encoding:
     picture, settings = usual.picture, usual.settings
     is_whole = drawing.width.is_integer() and drawing.height.is_integer()
     size = (int(drawing.height), int(drawing.width)) if is_whole else (picture.height, picture.width)
-    more = max(0, math.ceil(math.log10(picture.width / size[1]) - 1e-9)) if drawing.precision is None else 0
+    more = more_decimals(picture.width / size[1]) if drawing.precision is None else 0
     title, metadata = description_of(data)
     encoding = replace(
         usual, size=size, precision=settings.precision + more, title=title, metadata=metadata, sides=drawing.sides,

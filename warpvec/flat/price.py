@@ -35,7 +35,7 @@ RAMP_NUMBERS = 4
 """Numbers that place a gradient: two points, or a centre with two radii."""
 
 SHADOW_NUMBERS = 6
-"""Numbers of a shadow that copies a path. Its offset and its colour have two each, its blur and its opacity one."""
+"""Numbers of a shadow that copies a path. The offset has two, the colour two, the blur one and the opacity one."""
 
 STROKE_NUMBERS = 1
 SOFT_NUMBERS = 1

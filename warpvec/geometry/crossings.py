@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from warpvec.arrays import Floats, counted
+from warpvec.arrays import Floats, counted, cross
 from warpvec.geometry.bezier import bernstein, whole_curves
 from warpvec.geometry.scene import Scene
 
@@ -89,7 +89,7 @@ class _Chords:
         ]
         first = structure.loop_first_segment.cpu().numpy().astype(np.int64) * CHORDS
         self._loop = np.repeat(np.arange(len(first) - 1), np.diff(first))
-        self._areas = _sums(_cross(self._start, self._end))
+        self._areas = _sums(cross(self._start, self._end))
         self._lengths = _sums(np.linalg.norm(self._end - self._start, axis=1))
         self._whole_area = self._areas[first[1:]] - self._areas[first[:-1]]
         self._whole_length = self._lengths[first[1:]] - self._lengths[first[:-1]]
@@ -141,7 +141,7 @@ class _Chords:
 
     def is_visible(self, low: Rows, high: Rows) -> NDArray[np.bool_]:
         """Return which crossings of chords cut off a visible part of their loop, or are of two loops."""
-        inner = self._areas[high] - self._areas[low + 1] + _cross(self._start[high], self._start[low + 1])
+        inner = self._areas[high] - self._areas[low + 1] + cross(self._start[high], self._start[low + 1])
         length = self._lengths[high] - self._lengths[low + 1]
         loop = self._loop[low]
         outer, rest = self._whole_area[loop] - inner, self._whole_length[loop] - length
@@ -155,10 +155,6 @@ def _sums(values: Floats) -> Floats:
     return np.concatenate([np.zeros(1), np.cumsum(values)])
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
 def _side(a: Floats, b: Floats, point: Floats) -> Floats:
     """Return on which side of the line from ``a`` to ``b`` each point lies: the sign of a cross product."""
-    return np.sign(_cross(b - a, point - a))
+    return np.sign(cross(b - a, point - a))

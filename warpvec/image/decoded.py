@@ -1,4 +1,4 @@
-"""What is read of a picture file."""
+"""State what was read of a picture file, and which of its pages."""
 
 from __future__ import annotations
 

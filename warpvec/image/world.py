@@ -1,4 +1,4 @@
-"""What a GeoTIFF shows in the world (OGC GeoTIFF 1.1)."""
+"""Read how wide the place is that a GeoTIFF shows (OGC GeoTIFF 1.1)."""
 
 from __future__ import annotations
 

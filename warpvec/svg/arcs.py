@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import cross
+
 Ticks = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
@@ -142,18 +144,13 @@ def are_arcs(
     known = np.where(is_arc, radius, 1.0)
     half = np.arcsin(np.where(is_arc, chord / 2.0 / known, 0.0).clip(max=1.0))
     reach = 4.0 / 3.0 * np.tan(half / 2.0) * known
-    side = np.sign(_cross(ends - rows[:, 0], rows[:, 1] - rows[:, 0]))
+    side = np.sign(cross(ends - rows[:, 0], rows[:, 1] - rows[:, 0]))
     is_arc &= half >= HALF_MIN
     for place, handle, way in ((rows[:, 0], rows[:, 1], 1.0), (ends, rows[:, 2], -1.0)):
         out = (place - np.stack([x, y], 1)) / known[:, None]
         wanted = place + (way * side * reach)[:, None] * np.stack([out[:, 1], -out[:, 0]], 1)
         is_arc &= np.hypot(*(wanted - handle).T) <= error
     return is_arc
-
-
-def _cross(u: Floats, v: Floats) -> Floats:
-    product: Floats = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-    return product
 
 
 def own_circles(rows: Floats, ends: Floats) -> tuple[Floats, Floats, Floats]:

@@ -116,7 +116,7 @@ def _common_opacity(scene: Scene, least: float) -> int:
 
 
 def _shapes(scene: Scene, precision: int, has_arcs: bool) -> list[Shape]:
-    """Return the shape of each path: the shorter one of its form and, where it draws the same, its outline."""
+    """Return the shape of each path: its form, or its outline if that is shorter and draws the same."""
     forms = scene.forms
     if forms is None:
         return list(map(path_shape, _data(scene, precision, has_arcs)))

@@ -12,7 +12,7 @@ import torch
 from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Integers, Mask
-from warpvec.config.fit_config import FitConfig
+from warpvec.config.fit_config import OFF, FitConfig
 from warpvec.flat.chains.chain import Chain, Cover
 from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
@@ -147,7 +147,9 @@ class _Work:
         return _Work(verdict, sheet, watch, left, scene)
 
     def find_grid(self) -> None:
-        """Find the grid of the drawing by the numbers of its chains with their relations."""
+        """Find the grid of the drawing by the numbers of its chains with their relations, if one is wanted."""
+        if self.verdict.critic.config.grid == OFF:
+            return
         scene, spread = self.verdict.scene, self.verdict.spread
         said = _said(self.left, spread, self.sheet, _points_but(scene, self.left))
         numbers = stated_numbers(with_rows(scene, said))
@@ -164,7 +166,7 @@ class _Work:
         fixed = _points_but(scene, self.left) if attempt.is_regular else None
         said = _said(self.left, attempt.share * self.verdict.spread, self.sheet, fixed, grid)
         tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], self.left[loop].is_closed)}
-        if attempt.is_on_grid:
+        if attempt.is_on_grid and tried:
             _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, FITTED)
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
             self.held = set(tried)
@@ -273,17 +275,19 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
         curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > 1e-6]
         if not is_form and 0 < len(curves) <= CURVES_MAX and not _are_ellipse(curves):
             found[loop] = Chain.of(curves, not is_open)
-    return {loop: _covered(loop, found, scene) for loop in found}
+    return _covered(found, scene)
 
 
-def _covered(loop: int, chains: dict[int, Chain], scene: Scene) -> Chain:
-    """Return the chain of a ``loop`` with the other strokes of its look as its cover."""
-    chain, looks, width = chains[loop], _looks_of(scene), float(_widths_of(scene)[loop])
-    others = [each.dense for other, each in chains.items() if other != loop and looks[other] == looks[loop]]
-    if not others or width == 0.0:
-        return chain
-    cover = Cover(cKDTree(np.concatenate(others)), width / 2.0)
-    return Chain.of(chain.curves, chain.is_closed, chain.firm, cover)
+def _covered(chains: dict[int, Chain], scene: Scene) -> dict[int, Chain]:
+    """Return ``chains``, those of strokes with the other strokes of their look as their cover."""
+    widths, looks, found = _widths_of(scene), _looks_of(scene), dict(chains)
+    for loop in (loop for loop in chains if widths[loop] > 0.0):
+        chain, half = chains[loop], float(widths[loop]) / 2.0
+        others = [each.dense for other, each in chains.items() if other != loop and looks[other] == looks[loop]]
+        if others:
+            cover = Cover(cKDTree(np.concatenate(others)), half)
+            found[loop] = Chain.of(chain.curves, chain.is_closed, chain.firm, cover)
+    return found
 
 
 def _looks_of(scene: Scene) -> Integers:

@@ -83,18 +83,13 @@ class Grid(NamedTuple):
     spread: float
     nats: float
 
-    def nearest(self, values: Floats) -> tuple[Floats, Floats]:
-        """Return the multiples nearest to ``values`` [K], and how probable it is that they are meant [K]."""
-        density, places = _densities(values, self.unit, self.spread)
-        weighted = self.shares * density
-        own = weighted[:, :-1].argmax(1)
-        rows = np.arange(len(values))
-        return places[rows, own], weighted[:, :-1].sum(1) / weighted.sum(1)
-
     def held(self, values: Floats) -> Floats:
         """Return ``values`` [K] with those on the grid that are surely meant to be there; the others are NaN."""
-        places, sure = self.nearest(values)
-        return np.where(sure >= SURE, places, np.nan)
+        density, places = _densities(values, self.unit, self.spread)
+        weighted = self.shares * density
+        multiples = weighted[:, :-1]
+        sure = multiples.sum(1) / weighted.sum(1)
+        return np.where(sure >= SURE, places[np.arange(len(values)), multiples.argmax(1)], np.nan)
 
     def put(self, values: Floats) -> Floats:
         """Return ``values`` [K] with those on the grid that are surely meant to be there."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.sparse import csgraph
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, cross
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.parts import LINE
 from warpvec.flat.chains.solve import Sketch
@@ -107,9 +107,9 @@ def _place_on_others(
             found.append((float(gaps.min()), corners[int(np.argmin(gaps))]))
             continue
         along = chain.dense[min(k + 1, len(chain.dense) - 1)] - chain.dense[max(k - 1, 0)]
-        turn = _cross(way, along)
+        turn = cross(way, along)
         if abs(turn) > TURN_MIN * np.linalg.norm(along):
-            crossing = place + way * _cross(chain.dense[k] - place, along) / turn
+            crossing = place + way * cross(chain.dense[k] - place, along) / turn
             if (tip - crossing) @ outward <= REACH * own:
                 found.append((float(away[k]), crossing))
     return min(found, key=lambda each: each[0])[1] if found else None
@@ -121,17 +121,12 @@ def _with_end(chain: Chain, side: int, place: Floats) -> Chain:
     curve = curves[-side]
     own = 3 if side else 0
     chord = curve[3] - curve[0]
-    is_straight = np.abs(_cross(curve[1:3] - curve[0], chord)).max() <= STRAIGHT * np.square(chord).sum()
+    is_straight = np.abs(cross(curve[1:3] - curve[0], chord)).max() <= STRAIGHT * np.square(chord).sum()
     curve[2 if side else 1] += place - curve[own]
     curve[own] = place
     if is_straight:
         curve[1:3] = curve[0] + (curve[3] - curve[0]) * np.array([[1.0], [2.0]]) / 3.0
     return Chain.of(curves, False, chain.firm, chain.cover)
-
-
-def _cross(u: Floats, v: Floats) -> Floats:
-    found: Floats = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
-    return found
 
 
 def join_ends(sketch: Sketch) -> None:

@@ -141,7 +141,8 @@ class Verdict:
     ) -> Mask:  # fmt: skip
         """Return which owners [count] of segments ``control`` [R, 4, 2] have more `summed` ``rise`` in their box.
 
-        It is ``squares`` px^2 of a move, or what is left of ``on_grid`` px if that is above 0 [count].
+        Allowed are ``squares`` px^2 of a move. If ``on_grid`` [count] is above 0, allowed is what the drawing has left
+        of so many pixels, and a move by its `spread` at least.
         """
         low, high = boxes_of(np.stack([control.min(1) - reach, control.max(1) + reach], 1), owner, count)
         worth = sums_in_boxes(self._summed_worth, low, high)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Mask, cross
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.inner_disks import Boundary
@@ -123,17 +123,13 @@ def _arm(shape: Shape, places: list[Floats], end: End) -> _Arm:
     found = np.linalg.lstsq(terms, points - points[0], rcond=None)[0]
     speed = max(float(np.linalg.norm(found[0])), 1e-9)
     out = -found[0] / speed
-    bend = 2.0 * _cross(out, found[1]) / speed**2 if len(found) > 1 else 0.0
+    bend = 2.0 * float(cross(out, found[1])) / speed**2 if len(found) > 1 else 0.0
     return _Arm(end, points, out, bend)
-
-
-def _cross(a: Floats, b: Floats) -> float:
-    return float(a[0] * b[1] - a[1] * b[0])
 
 
 def _turn(a: Floats, b: Floats) -> float:
     """Return the angle from one direction to another in radians."""
-    return float(np.arctan2(_cross(a, b), a @ b))
+    return float(np.arctan2(cross(a, b), a @ b))
 
 
 def _pairs(arms: list[_Arm]) -> list[tuple[_Arm, _Arm]]:
@@ -178,7 +174,7 @@ def _bridge(a: _Arm, b: _Arm) -> Floats:
 
 
 def _ending(arm: _Arm, through: list[Floats], near: Floats, common: Floats) -> Floats:
-    """Return where a line ends: where it first crosses one that goes through, else at the ``common`` place."""
+    """Return where a line ends: on the first line through the junction that it crosses, else at ``common``."""
     far = 2.0 * float(np.linalg.norm(near - arm.tip)) + 1.0
     along = np.linspace(0.0, far, 65)
     turned = np.clip(arm.bend * along, -0.8, 0.8)

@@ -140,7 +140,7 @@ def _straight(centers: Floats, lengths: Floats) -> Floats | None:
 
 
 def _looks(runs: list[list[Mark]], steps: Floats) -> list[Look]:
-    """Return the look of the dashes of each run: the very same one for those that are alike."""
+    """Return the look of the dashes of each run. Runs that are alike share one object."""
     known: list[tuple[Floats, float, Look]] = []
     for run in runs:
         usual = _usual(run)

@@ -1,7 +1,7 @@
 """Find the round dots of a drawing: stipple, dotted lines, halftones, and the dots of letters.
 
 A dot smaller than two pixels has no pixel of its own colour, so that regions and outlines miss it. But the sum of its
-ink tells its area, the mean place of that its centre, and its spread whether it is round.
+ink tells its area. The mean place of the ink is its centre. The spread of the ink tells whether the dot is round.
 """
 
 from __future__ import annotations
