@@ -82,8 +82,11 @@ def turn_of(step: Ticks, arc: Arc) -> float:
 
 
 def arc_of(rows: Ticks, step: Ticks) -> Arc | None:
-    """Return the arc that stands for just the cubics ``rows`` [n, 3, 2] from 0 to ``step`` [2]; None if none does."""
-    for arc in _near(rows.astype(np.float64), step):
+    """Return the arc that stands for just the cubics ``rows`` [n, 3, 2] from 0 to ``step`` [2]; None if none does.
+
+    Of several it is one with the shortest radius.
+    """
+    for arc in sorted(_near(rows.astype(np.float64), step), key=_length):
         found = arc_rows(step, arc)
         if found.shape == rows.shape and (found == rows).all():
             return arc
@@ -92,6 +95,8 @@ def arc_of(rows: Ticks, step: Ticks) -> Arc | None:
 
 def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
     """Return the arc from 0 to ``step`` [2] nearest to the cubics ``rows`` [n, 3, 2]; None if all are farther away.
+
+    Of those that the rounding of ends does not tell apart, it is the one with the shortest radius.
 
     Args:
         rows: control points in ticks.
@@ -104,8 +109,14 @@ def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
         circle = _circle(step, arc)
         off = float(np.abs(np.hypot(points[:, 0] - circle.x, points[:, 1] - circle.y) - circle.radius).max())
         found.append((off, arc))
-    best = min(found, key=lambda each: each[0], default=(math.inf, None))
-    return best[1] if best[1] is not None and best[0] <= tolerance + BULGE * best[1].radius else None
+    least = min((off for off, _ in found), default=math.inf)
+    near = [(off, arc) for off, arc in found if off <= min(least + 1.0, tolerance + BULGE * arc.radius)]
+    return min(near, key=lambda each: (_length(each[1]), each[0]), default=(math.inf, None))[1]
+
+
+def _length(arc: Arc) -> int:
+    """Return the digits of the radius of an ``arc`` in ticks but for its last zeros."""
+    return len(str(arc.radius).rstrip("0"))
 
 
 def runs(rows: Floats, is_line: NDArray[np.bool_], ends: Floats) -> Iterator[tuple[int, int]]:

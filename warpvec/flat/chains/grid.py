@@ -17,7 +17,7 @@ from torch import Tensor
 
 from warpvec.arrays import Floats
 from warpvec.config.fit_config import AUTO, OFF
-from warpvec.flat.chains.parts import ARC, radius_of
+from warpvec.flat.chains.parts import ARC, bulge_of, radius_of
 from warpvec.flat.chains.solve import Sketch, solved
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.forms.form import ANGLE, FIRST, SECOND
@@ -164,8 +164,8 @@ def hold_grid(sketch: Sketch, grid: Grid) -> None:
     and then those that came near by that.
     """
     for _ in range(SOLUTIONS):
-        parts = range(len(sketch.kind))
-        nodes = np.unique(np.concatenate([sketch.columns[part][:4] for part in parts]))
+        ends = [columns[:4] for columns in sketch.columns]
+        nodes = np.unique(np.concatenate([*ends, np.array([*sketch.axes.values()], np.int64)]))
         places = grid.held(sketch.numbers[nodes])
         is_held = np.isfinite(places)
         sketch.numbers[nodes[is_held]] = places[is_held]
@@ -174,6 +174,10 @@ def hold_grid(sketch: Sketch, grid: Grid) -> None:
         radii = grid.held(np.array([abs(float(radius_of(sketch.of(arc)[None])[0])) for arc in arcs.tolist()]))
         sketch.given = [(int(arc), float(radius)) for arc, radius in zip(arcs, radii, strict=True) if radius > 0.0]
         solved(sketch)
+    for arc, radius in sketch.given:
+        # The solution leaves the last decimals of a file.
+        column = sketch.columns[arc][4]
+        sketch.numbers[column] = bulge_of(sketch.of(arc), radius)
 
 
 def on_grid(scene: Scene, grid: Grid, stays: Tensor | None = None) -> Scene:

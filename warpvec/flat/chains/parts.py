@@ -52,6 +52,14 @@ def radius_of(numbers: Floats) -> Floats:
     return chord * (1.0 + bulge * bulge) / (4.0 * np.where(np.abs(bulge) < _FLAT, _FLAT, bulge))
 
 
+def bulge_of(numbers: Floats, radius: float) -> float:
+    """Return the bulge by which an arc with ``numbers`` [5] has this ``radius``; 1 or -1 if its chord is too long."""
+    chord, bulge = float(np.linalg.norm(numbers[2:4] - numbers[:2])), float(numbers[4])
+    rise = math.sqrt(max(radius * radius - chord * chord / 4.0, 0.0))
+    share = (radius + rise if abs(bulge) > 1.0 else radius - rise) / (chord / 2.0)
+    return math.copysign(share if rise > 0.0 else 1.0, bulge)
+
+
 def rows_of(kind: int, numbers: Floats) -> Floats:
     """Return the rows [n, 3, 2] that draw one part: an arc has one for each quarter of a turn that it begins."""
     start, end = numbers[:2], numbers[2:4]

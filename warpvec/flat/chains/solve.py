@@ -102,15 +102,17 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
     """Move the numbers of ``sketch`` as near to its chains as what is held allows."""
     basis = _basis(sketch)
     free = (basis.T @ sketch.numbers) / np.asarray(basis.sum(0)).ravel()
+    held = basis[sketch.fixed].indices
+    free[held] = sketch.numbers[sketch.fixed]
+    moves = basis[:, np.setdiff1d(np.arange(len(free)), held)]
     sketch.numbers = basis @ free
-    for _ in range(rounds):
+    for _ in range(rounds if moves.shape[1] else 0):
         residual, slopes = _equations(sketch)
-        slopes = slopes @ basis
-        matrix = (slopes.T @ slopes + STAY**2 * sparse.eye(len(free))).tocsc()
+        slopes = slopes @ moves
+        matrix = (slopes.T @ slopes + STAY**2 * sparse.eye(moves.shape[1])).tocsc()
         step = -np.asarray(linalg.spsolve(matrix, slopes.T @ residual))
         most = float(np.abs(step).max(initial=0.0))
-        free = free + step * min(1.0, MOVE_MAX / max(most, 1e-12))
-        sketch.numbers = basis @ free
+        sketch.numbers = sketch.numbers + moves @ step * min(1.0, MOVE_MAX / max(most, 1e-12))
         if most < MOVED:
             break
 
@@ -171,8 +173,6 @@ def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
     _hold_diagonals(sketch, found)
     _hold_lying(sketch, found)
     _hold_given(sketch, found)
-    fixed = np.array(sketch.fixed, np.int64)
-    found.add(np.zeros(len(fixed)), np.full((len(fixed), 1), HELD), fixed[:, None])
     return found.matrix(len(sketch.numbers))
 
 
