@@ -102,6 +102,7 @@ def _place_on_others(
         if loop == end[0] or away[k] > SHORT * own + 1.0:
             continue
         corners = chain.points[chain.is_corner]
+        corners = corners[np.abs(cross(way, corners - place)) <= REACH * own]  # the line goes there
         gaps = np.linalg.norm(corners - tip, axis=1)
         if gaps.min(initial=np.inf) <= SHORT * own:
             found.append((float(gaps.min()), corners[int(np.argmin(gaps))]))

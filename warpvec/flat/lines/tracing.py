@@ -93,7 +93,7 @@ def _lines_of(ink: Ink) -> tuple[list[DrawnLine], WideAreas]:
         [found.ends[k] for k in found.kept],
         found.kept,
         found.junctions,
-        LINES.length_min,
+        length_min=LINES.length_min,
     )
     return dots + [_fitted_line(line, tree, lines.cap) for line in lines.lines], wide
 

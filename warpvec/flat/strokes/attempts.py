@@ -107,7 +107,10 @@ def _simpler(stroke: Stroke, tolerance: float) -> Stroke:
 
 
 def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:
-    """Return a stroke with round corners where sharp ones have raised the error [h, w] most. Forms stay."""
+    """Return a stroke with round corners where sharp ones have raised the error [h, w] most, and more than elsewhere.
+
+    Forms stay.
+    """
     free = [line for line, form in zip(stroke.lines, stroke.forms, strict=True) if form is None]
     if not free:
         return stroke
@@ -117,7 +120,9 @@ def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:
         return stroke
     reach = STROKES.round_near * stroke.width
     found = errors_in_boxes(rise, places - reach, places + reach)
-    least = STROKES.round_error * found.max()
+    middles = np.concatenate([cubic_points(curves_of(line), np.array([0.5])) for line in free]).reshape(-1, 2)
+    elsewhere = errors_in_boxes(rise, middles - reach, middles + reach).mean()
+    least = max(STROKES.round_error * found.max(), elsewhere)
     lines = list(stroke.lines)
     for k, form in enumerate(stroke.forms):
         if form is None:

@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.strokes.inner_disks import Boundary, Disks
-from warpvec.flat.strokes.joints import End, Shape, joint_of
+from warpvec.flat.strokes.joint_choice import Stem, chosen_joint
+from warpvec.flat.strokes.joints import End, Joint, Shape, arms_of, usual_joint
 from warpvec.flat.strokes.line_fitting import Line, Rows
 from warpvec.flat.strokes.skeleton import Graph, graph_of
 from warpvec.flat.strokes.thinning import thinned
@@ -39,13 +40,15 @@ def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float
     """Return the centre lines of a component; None if it has none."""
     shape = Shape(boundary, cKDTree(boundary.points), cKDTree(disks.centers[has_width]), width)
     graph, scale, origin = _skeleton(shape)
-    places = [_snapped(shape, (branch[:, ::-1] + 0.5) / scale + origin, scale) for branch in graph.branches]
+    ridges = [(branch[:, ::-1] + 0.5) / scale + origin for branch in graph.branches]
+    places = [_snapped(shape, ridge, scale) for ridge in ridges]
     ends, junctions = _merged(places, graph.ends, (graph.junctions[:, ::-1] + 0.5) / scale + origin)
     places = [_to_junction(own, both, junctions) for own, both in zip(places, ends, strict=True)]
     kept = [k for k, both in enumerate(ends) if len(places[k]) > 1 and not _is_spur(shape, places[k], both, junctions)]
     if not kept:
         return None
-    return joined(shape, places, [ends[k] for k in kept], kept, junctions)
+    stems = [_stem(shape, ridges[k], both, k) for k, both in enumerate(ends) if both is not None]
+    return joined(shape, places, [ends[k] for k in kept], kept, junctions, [stem for stem in stems if stem is not None])
 
 
 def _skeleton(shape: Shape) -> tuple[Graph, float, Floats]:
@@ -114,15 +117,34 @@ def _is_spur(shape: Shape, places: Floats, ends: tuple[int, int] | None, junctio
     return bool(is_short and _turn_around(shape, tip) < STROKES.cap_degrees)
 
 
+def _stem(shape: Shape, ridge: Floats, ends: tuple[int, int], branch: int) -> Stem | None:
+    """Return the stem that a branch with these places on the ridge [M, 2] is; None if it has no free end."""
+    if (ends[0] < 0) == (ends[1] < 0) or len(ridge) < 2:
+        return None
+    from_junction = ridge if ends[1] < 0 else ridge[::-1]
+    out = from_junction[-1] - from_junction[0]
+    out /= np.linalg.norm(out)
+    tip = from_junction[-1] + max(_room(shape, from_junction[-1], out) - shape.width / 2.0, 0.0) * out
+    return Stem(max(ends), branch, _center_of_cap(shape, tip))
+
+
+def _center_of_cap(shape: Shape, tip: Floats) -> Floats:
+    """Return the centre [2] of the most disks near a ``tip``, which those along a cap share; the tip without any."""
+    ends = np.asarray(shape.centers.data)[shape.centers.query_ball_point(tip, shape.width / 4.0)]
+    if not len(ends):
+        return tip
+    found: Floats = ends[
+        int(np.argmax(shape.centers.query_ball_point(ends, STROKES.cap_error_min, return_length=True)))
+    ]
+    return found
+
+
 def _turn_around(shape: Shape, tip: Floats) -> float:
     """Return how many degrees of a circle as wide as the stroke, about the end of a line near a ``tip``, are outline.
 
     A round cap has half of it, and a little of both sides. A corner has as much as the line turns there.
     """
-    radius = shape.width / 2.0
-    ends = np.asarray(shape.centers.data)[shape.centers.query_ball_point(tip, radius / 2.0)]
-    if len(ends):  # the disks along a cap have one centre
-        tip = ends[int(np.argmax(shape.centers.query_ball_point(ends, STROKES.cap_error_min, return_length=True)))]
+    radius, tip = shape.width / 2.0, _center_of_cap(shape, tip)
     near = shape.boundary.points[shape.tree.query_ball_point(tip, 1.1 * radius)] - tip
     distance = np.linalg.norm(near, axis=1)
     off = max(STROKES.cap_error * radius, STROKES.cap_error_min)
@@ -143,6 +165,7 @@ def joined(
     ends: list[tuple[int, int] | None],
     kept: list[int],
     junctions: Floats,
+    stems: list[Stem] | None = None,
     length_min: float = STROKES.spur,
 ) -> CenterLines:
     """Join branches to lines through the junctions, and let the other ends meet there.
@@ -155,6 +178,7 @@ def joined(
         ends: the junctions at the ends of each branch that is kept; as in `Graph`.
         kept: the branches that are lines.
         junctions: [J, 2] px.
+        stems: branches with a free end, which a corner of two others may be. None if lines meet in the usual way.
         length_min: least length in widths of a line between others, unless it is the longest.
     """
     at: dict[int, list[End]] = {}
@@ -165,18 +189,22 @@ def joined(
                 at.setdefault(junction, []).append(End(branch, is_start, _direction(places[branch], is_start, reach)))
     partner: dict[tuple[int, bool], tuple[int, bool]] = {}
     meeting: dict[tuple[int, bool], _Meeting] = {}
+    corners = set[int]()
     for junction, meet in at.items():
-        pairs, singles = joint_of(shape, places, meet, junctions[junction])
-        for a, b in pairs:
-            partner[a.branch, a.is_start], partner[b.branch, b.is_start] = (
-                (b.branch, b.is_start),
-                (a.branch, a.is_start),
-            )
-        for end, place in singles:
+        near, arms = junctions[junction], arms_of(shape, places, meet)
+        if stems is None:
+            found = usual_joint(shape, arms, near)
+        else:
+            lines = {branch: places[branch] for branch in kept if branch not in corners}
+            own = [stem for stem in stems if stem.junction == junction]
+            found, new = chosen_joint(shape, lines, arms, near, own)
+            corners.update(new)
+        _go_on(found, places, partner)
+        for end, place in found.singles:
             covered = _covered(shape, end, [other for other in meet if other is not end])
             meeting[end.branch, end.is_start] = _Meeting(place, covered)
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
-    chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed], partner)
+    chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed | corners], partner)
     lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
     least = min(length_min * shape.width, max(lengths))
     chains = [
@@ -185,6 +213,15 @@ def joined(
     cap = _cap(shape, places, chains, meeting)
     lines = [_line_of(shape, places, chain, is_ring, meeting, cap) for chain, is_ring in chains]
     return CenterLines([line for line in lines if len(line.points) > 1], cap)
+
+
+def _go_on(joint: Joint, places: list[Floats], partner: dict[tuple[int, bool], tuple[int, bool]]) -> None:
+    """Note the pairs of a ``joint``, and add the points between them to the ``places`` of their first branches."""
+    for a, b, between in joint.pairs:
+        own = places[a.branch]
+        places[a.branch] = np.concatenate([between[::-1], own] if a.is_start else [own, between])
+        partner[a.branch, a.is_start] = b.branch, b.is_start
+        partner[b.branch, b.is_start] = a.branch, a.is_start
 
 
 def _has_cap(chain: list[tuple[int, bool]], meeting: dict[tuple[int, bool], _Meeting]) -> bool:

@@ -50,13 +50,18 @@ class End(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """How the ends at a junction meet: pairs go on into each other, and each other one ends at a place [2]."""
+    """How the ends at a junction meet.
 
-    pairs: list[tuple[End, End]]
+    Attributes:
+        pairs: those that go on into each other, with the points from the first to the second [M, 2] px.
+        singles: each other end, and the place [2] where it ends.
+    """
+
+    pairs: list[tuple[End, End, Floats]]
     singles: list[tuple[End, Floats]]
 
 
-class _Arm(NamedTuple):
+class Arm(NamedTuple):
     """The part of a line near its end at a junction.
 
     Attributes:
@@ -73,36 +78,49 @@ class _Arm(NamedTuple):
 
     @property
     def tip(self) -> Floats:
+        """The end [2] px."""
         return self.points[0]
 
 
-def joint_of(shape: Shape, places: list[Floats], meet: list[End], near: Floats) -> Joint:
-    """Return how the ends ``meet`` of branches go on at a junction ``near`` a place [2].
+def arms_of(shape: Shape, places: list[Floats], meet: list[End]) -> list[Arm]:
+    """Return the arms of the ends ``meet`` of branches with their ``places`` [M, 2]."""
+    return [_arm(shape, places, end) for end in meet]
 
-    Two ends are one line if an arc as bent as they are leads from one to the other. The points of the arc are added to
-    the ``places`` of a branch. Each other end lies where it would cross such a line.
+
+def usual_joint(shape: Shape, arms: list[Arm], near: Floats) -> Joint:
+    """Return how ``arms`` most likely go on at a junction ``near`` a place [2].
+
+    Two ends are one line if an arc as bent as they are leads from one to the other.
     """
-    arms = [_arm(shape, places, end) for end in meet]
-    pairs = _pairs(arms)
-    paired = {id(arm) for pair in pairs for arm in pair}
-    rest = [arm for arm in arms if id(arm) not in paired]
-    bridges = [_bridge(a, b) for a, b in pairs]
-    through = [
-        np.concatenate([a.points[::-1], bridge, b.points]) for (a, b), bridge in zip(pairs, bridges, strict=True)
-    ]
-    singles = []
+    return joint_of(shape, arms, [(a, b, bridge_of(a, b)) for a, b in _pairs(arms)], near)
+
+
+def joint_of(
+    shape: Shape,
+    arms: list[Arm],
+    pairs: list[tuple[Arm, Arm, Floats]],
+    near: Floats,
+    ended: list[tuple[Arm, Floats]] | None = None,
+) -> Joint:
+    """Return the joint of ``arms`` of which ``pairs`` go on into each other, by points [M, 2] px.
+
+    Some may go on by points [M, 2] to where they have ``ended``. Each other end lies where it would cross such a line.
+    """
+    ended = ended or []
+    known = {id(arm) for a, b, _ in pairs for arm in (a, b)} | {id(arm) for arm, _ in ended}
+    rest = [arm for arm in arms if id(arm) not in known]
+    through = [np.concatenate([a.points[::-1], bridge, b.points]) for a, b, bridge in pairs]
+    through += [np.concatenate([arm.points[::-1], points]) for arm, points in ended]
+    singles = [(arm.end, points[-1]) for arm, points in ended]
     if rest:
         common = _common_place(rest, near)
         if len(rest) < 2 or np.linalg.norm(common - near) > LINES.meeting_far * shape.width:
             common = near
-        singles = [(arm.end, _ending(arm, through, near, common)) for arm in rest]
-    for (a, _), bridge in zip(pairs, bridges, strict=True):
-        own = places[a.end.branch]
-        places[a.end.branch] = np.concatenate([bridge[::-1], own] if a.end.is_start else [own, bridge])
-    return Joint([(a.end, b.end) for a, b in pairs], singles)
+        singles += [(arm.end, _ending(arm, through, near, common, shape.width / 2.0)) for arm in rest]
+    return Joint([(a.end, b.end, bridge) for a, b, bridge in pairs], singles)
 
 
-def _common_place(arms: list[_Arm], near: Floats) -> Floats:
+def _common_place(arms: list[Arm], near: Floats) -> Floats:
     """Return the place nearest to the lines of ``arms`` as they go straight on; ``near`` if they are parallel."""
     across = [np.eye(2) - np.outer(arm.out, arm.out) for arm in arms]
     matrix = np.sum(across, 0)
@@ -112,7 +130,7 @@ def _common_place(arms: list[_Arm], near: Floats) -> Floats:
     return found
 
 
-def _arm(shape: Shape, places: list[Floats], end: End) -> _Arm:
+def _arm(shape: Shape, places: list[Floats], end: End) -> Arm:
     own = places[end.branch] if end.is_start else places[end.branch][::-1]
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))])
     reach = max(LINES.arm_reach * shape.along(end.branch).width, LINES.arm_reach_min)
@@ -124,7 +142,7 @@ def _arm(shape: Shape, places: list[Floats], end: End) -> _Arm:
     speed = max(float(np.linalg.norm(found[0])), 1e-9)
     out = -found[0] / speed
     bend = 2.0 * float(cross(out, found[1])) / speed**2 if len(found) > 1 else 0.0
-    return _Arm(end, points, out, bend)
+    return Arm(end, points, out, bend)
 
 
 def _turn(a: Floats, b: Floats) -> float:
@@ -132,7 +150,7 @@ def _turn(a: Floats, b: Floats) -> float:
     return float(np.arctan2(cross(a, b), a @ b))
 
 
-def _pairs(arms: list[_Arm]) -> list[tuple[_Arm, _Arm]]:
+def _pairs(arms: list[Arm]) -> list[tuple[Arm, Arm]]:
     """Return the ends that go on into each other, the best first; two ends alone always do."""
     if len(arms) == 2:
         return [(arms[0], arms[1])]
@@ -150,7 +168,7 @@ def _pairs(arms: list[_Arm]) -> list[tuple[_Arm, _Arm]]:
     return pairs
 
 
-def _misfit(a: _Arm, b: _Arm) -> float:
+def _misfit(a: Arm, b: Arm) -> float:
     """Return by how much an arc from one end to the other turns more, or less evenly, than both lines do there."""
     chord = b.tip - a.tip
     first, last = _turn(a.out, chord), _turn(chord, -b.out)
@@ -160,7 +178,7 @@ def _misfit(a: _Arm, b: _Arm) -> float:
     return abs(first - last) + abs(first + last - expected)
 
 
-def _bridge(a: _Arm, b: _Arm) -> Floats:
+def bridge_of(a: Arm, b: Arm) -> Floats:
     """Return points from one end to the other [M, 2] px, without these."""
     gap = float(np.linalg.norm(b.tip - a.tip))
     turn = abs(_turn(a.out, b.tip - a.tip)) + abs(_turn(b.tip - a.tip, -b.out))
@@ -173,9 +191,12 @@ def _bridge(a: _Arm, b: _Arm) -> Floats:
     return cubic_points(control[None], np.arange(1, count) / count)[0]
 
 
-def _ending(arm: _Arm, through: list[Floats], near: Floats, common: Floats) -> Floats:
-    """Return where a line ends: on the first line through the junction that it crosses, else at ``common``."""
-    far = 2.0 * float(np.linalg.norm(near - arm.tip)) + 1.0
+def _ending(arm: Arm, through: list[Floats], near: Floats, common: Floats, more: float) -> Floats:
+    """Return where a line ends: on the first line through the junction that it crosses, else at ``common``.
+
+    The line is followed to twice the distance of the junction, and by ``more`` pixels.
+    """
+    far = 2.0 * float(np.linalg.norm(near - arm.tip)) + more
     along = np.linspace(0.0, far, 65)
     turned = np.clip(arm.bend * along, -0.8, 0.8)
     side = np.array([-arm.out[1], arm.out[0]])
