@@ -43,6 +43,7 @@ from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.simplify import simplify
 from warpvec.flat.simplification.whole_levels import with_whole_levels
+from warpvec.flat.strokes.pen_dots import with_pen_dots
 from warpvec.flat.strokes.recognition import find_strokes
 from warpvec.flat.strokes.stroke import set_apart, with_strokes
 from warpvec.geometry.paints.registry import FLAT
@@ -186,7 +187,7 @@ class FlatDrawing:
             scene = replace(scene, generation=scene.generation % count)
             watch.tell("joining curves")
             scene = with_chains(scene, self.critic, watch, detail)
-        return self._snapped(scene), left_out
+        return with_pen_dots(self._snapped(scene)), left_out
 
     @cached_property
     def rough(self) -> Regions:

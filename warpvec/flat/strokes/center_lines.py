@@ -196,8 +196,7 @@ def joined(
             found = usual_joint(shape, arms, near)
         else:
             lines = {branch: places[branch] for branch in kept if branch not in corners}
-            own = [stem for stem in stems if stem.junction == junction]
-            found, new = chosen_joint(shape, lines, arms, near, own)
+            found, new = chosen_joint(shape, lines, arms, junction, junctions, stems)
             corners.update(new)
         _go_on(found, places, partner)
         for end, place in found.singles:
@@ -216,10 +215,11 @@ def joined(
 
 
 def _go_on(joint: Joint, places: list[Floats], partner: dict[tuple[int, bool], tuple[int, bool]]) -> None:
-    """Note the pairs of a ``joint``, and add the points between them to the ``places`` of their first branches."""
-    for a, b, between in joint.pairs:
-        own = places[a.branch]
-        places[a.branch] = np.concatenate([between[::-1], own] if a.is_start else [own, between])
+    """Note the pairs of a ``joint``, and add the points by which branches go on to their ``places``."""
+    for end, more in [*((a, between) for a, _, between in joint.pairs), *joint.ended]:
+        own = places[end.branch]
+        places[end.branch] = np.concatenate([more[::-1], own] if end.is_start else [own, more])
+    for a, b, _ in joint.pairs:
         partner[a.branch, a.is_start] = b.branch, b.is_start
         partner[b.branch, b.is_start] = a.branch, a.is_start
 

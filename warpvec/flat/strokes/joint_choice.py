@@ -48,19 +48,21 @@ class _Way(NamedTuple):
 
 
 def chosen_joint(
-    shape: Shape, lines: dict[int, Floats], arms: list[Arm], near: Floats, stems: list[Stem]
+    shape: Shape, lines: dict[int, Floats], arms: list[Arm], junction: int, junctions: Floats, stems: list[Stem]
 ) -> tuple[Joint, list[int]]:
-    """Return how ``arms`` meet at a junction ``near`` a place [2], and the branches that are corners of others.
+    """Return how ``arms`` meet at a ``junction``, and the branches that are corners of others.
 
     Args:
         shape: what they lie in.
         lines: the places along each branch that is a line [M, 2] px.
         arms: the ends of branches at the junction.
-        near: the place of the junction.
-        stems: those that begin at the junction.
+        junction: its number.
+        junctions: the places of all [J, 2] px.
+        stems: branches with a free end.
     """
+    near, stems = junctions[junction], [stem for stem in stems if stem.junction == junction]
     stems = [stem for stem in stems if np.linalg.norm(stem.tip - near) <= STROKES.corner_far * shape.width]
-    cells, is_inside = _cells(shape, near, [arm.tip for arm in arms] + [stem.tip for stem in stems])
+    cells, is_inside = _cells(shape, near, junctions, [arm.tip for arm in arms] + [stem.tip for stem in stems])
     ways = list(_ways(shape, arms, near, stems))
     wrong = [_wrong(shape, lines, arms, way, stems, cells, is_inside) for way in ways]
     import os
@@ -70,17 +72,33 @@ def chosen_joint(
     return chosen.joint, chosen.corners
 
 
-def _cells(shape: Shape, near: Floats, tips: list[Floats]) -> tuple[Floats, Mask]:
-    """Return the centres of cells [K, 2] px around a junction and the ends at it, and which lie inside the shape."""
+def _cells(shape: Shape, near: Floats, junctions: Floats, tips: list[Floats]) -> tuple[Floats, Mask]:
+    """Return the centres of cells [K, 2] px around a junction and the ends at it, and which lie inside the shape.
+
+    Cells that are nearer to other junctions tell nothing, as these may not be known yet.
+    """
     reach = max((float(np.linalg.norm(tip - near)) for tip in tips), default=0.0) + shape.width
     along = np.arange(-reach, reach, shape.width / CELLS)
     places = near + np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
+    places = places[cKDTree(junctions).query(places)[0] >= np.linalg.norm(places - near, axis=1) - 1e-9]
     return places, shape.is_inside(places)
 
 
 def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
-    """Yield ways to join ``arms``, the usual one first: two of them by an arc, in a corner, or where a stem ends."""
+    """Yield ways to join ``arms``, the usual one first: as they bend, and as if they were straight."""
     yield _Way(usual_joint(shape, arms, near), [])
+    for own in (arms, [_straight(arm) for arm in arms]):
+        yield from _ways_of(shape, own, near, stems)
+
+
+def _straight(arm: Arm) -> Arm:
+    """Return an arm that goes straight on: where lines meet, the centres of disks move off them."""
+    chord = arm.points[0] - arm.points[-1]
+    return arm._replace(out=chord / max(float(np.linalg.norm(chord)), 1e-9), bend=0.0)
+
+
+def _ways_of(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
+    """Yield ways in which one arm ends where a stem does, or two go on by an arc or in a corner; others end on them."""
     step = STEP_SHARE * shape.width
     for stem in stems:
         others = [arm for arm in arms if arm.end.branch != stem.branch]
@@ -147,8 +165,13 @@ def _wrong(
     for a, b, points in way.joint.pairs:
         ends = tips[a.branch, a.is_start], tips[b.branch, b.is_start]
         drawn.append(_dense(np.concatenate([ends[0][None], points, ends[1][None]]), step))
-    drawn += [_dense(np.stack([tips[end.branch, end.is_start], place]), step) for end, place in way.joint.singles]
+    going_on = [*((end, place[None]) for end, place in way.joint.singles), *way.joint.ended]
+    drawn += [_dense(np.concatenate([tips[end.branch, end.is_start][None], own]), step) for end, own in going_on]
     distance, _ = cKDTree(np.concatenate(drawn)).query(cells)
+    import os
+    if os.environ.get("DBG2"):
+        bad=(distance <= shape.width / 2.0) != is_inside
+        print("   pairs",[(a.branch,b.branch,len(p)) for a,b,p in way.joint.pairs],"singles",[(e.branch,np.round(p,1)) for e,p in way.joint.singles],"ended",[(e.branch,np.round(p[-1],1)) for e,p in way.joint.ended], "bad",bad.sum(), np.round(cells[bad].mean(0)) if bad.any() else "", is_inside[bad].mean())
     return float(((distance <= shape.width / 2.0) != is_inside).sum()) / CELLS**2
 
 

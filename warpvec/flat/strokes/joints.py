@@ -55,10 +55,12 @@ class Joint(NamedTuple):
     Attributes:
         pairs: those that go on into each other, with the points from the first to the second [M, 2] px.
         singles: each other end, and the place [2] where it ends.
+        ended: ends that go on by points [M, 2] px to a cap.
     """
 
     pairs: list[tuple[End, End, Floats]]
     singles: list[tuple[End, Floats]]
+    ended: list[tuple[End, Floats]]
 
 
 class Arm(NamedTuple):
@@ -104,20 +106,20 @@ def joint_of(
 ) -> Joint:
     """Return the joint of ``arms`` of which ``pairs`` go on into each other, by points [M, 2] px.
 
-    Some may go on by points [M, 2] to where they have ``ended``. Each other end lies where it would cross such a line.
+    Some may go on by points [M, 2] to a cap, where they have ``ended``. Each other end lies where it would cross such a line.
     """
     ended = ended or []
     known = {id(arm) for a, b, _ in pairs for arm in (a, b)} | {id(arm) for arm, _ in ended}
     rest = [arm for arm in arms if id(arm) not in known]
     through = [np.concatenate([a.points[::-1], bridge, b.points]) for a, b, bridge in pairs]
     through += [np.concatenate([arm.points[::-1], points]) for arm, points in ended]
-    singles = [(arm.end, points[-1]) for arm, points in ended]
+    singles = []
     if rest:
         common = _common_place(rest, near)
         if len(rest) < 2 or np.linalg.norm(common - near) > LINES.meeting_far * shape.width:
             common = near
-        singles += [(arm.end, _ending(arm, through, near, common, shape.width / 2.0)) for arm in rest]
-    return Joint([(a.end, b.end, bridge) for a, b, bridge in pairs], singles)
+        singles = [(arm.end, _ending(arm, through, near, common, shape.width / 2.0)) for arm in rest]
+    return Joint([(a.end, b.end, bridge) for a, b, bridge in pairs], singles, [(arm.end, own) for arm, own in ended])
 
 
 def _common_place(arms: list[Arm], near: Floats) -> Floats:

@@ -119,10 +119,11 @@ def _stroke_scenes(one: Scene, stroke: Stroke) -> list[Scene]:
     """Return the paths of a stroke in the paint of a scene of ``one`` path: those with forms, and one for the rest."""
     own = [k for k, form in enumerate(stroke.forms) if form is not None]
     rest = [k for k in range(len(stroke.lines)) if k not in own]
-    return [_stroke_scene(one, stroke, lines) for lines in [[k] for k in own] + ([rest] if rest else [])]
+    return [stroke_scene(one, stroke, lines) for lines in [[k] for k in own] + ([rest] if rest else [])]
 
 
-def _stroke_scene(one: Scene, stroke: Stroke, lines: list[int]) -> Scene:
+def stroke_scene(one: Scene, stroke: Stroke, lines: list[int]) -> Scene:
+    """Return the path of some ``lines`` of a ``stroke``, by their numbers, in the paint of a scene of ``one`` path."""
     form, rows = stroke.forms[lines[0]], [stroke.lines[k] for k in lines]
     if form is not None:
         rows = [Rows(form.curves, np.array(form_of(form.kind).is_line), False)]
