@@ -35,13 +35,13 @@ _REPEATED = (rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in 
 _COMMANDS = "|".join([*_REPEATED, _ARC])
 _LINE = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*"
 _OWN_DATA = re.compile(rf"M{_LINE}z(?>m{_LINE}z)*", re.ASCII)
-_OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>m{_LINE}z?)*", re.ASCII)
+_OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>[Mm]{_LINE}z?)*", re.ASCII)
 _COMMAND = re.compile(rf"([Mmcslhvaz])((?>[ ]?{_NUMBER})*)", re.ASCII)
 _DOTS = "h.01", "h.1"
 """How a point is stated, in files with decimals and in those of whole numbers: some programs draw no line of length 0.
 A line that has this length is stated as an "l"."""
 
-_DOT = re.compile(rf"([Mm](?>[ ]?{_NUMBER}){{2}})h\.0?1(?=m|$)", re.ASCII)
+_DOT = re.compile(rf"([Mm](?>[ ]?{_NUMBER}){{2}})h\.0?1(?=[Mm]|$)", re.ASCII)
 
 OWN_NUMBER = re.compile(_NUMBER, re.ASCII)
 """A number as warpvec writes it."""
@@ -159,6 +159,8 @@ def format_path(loops: Sequence[Loop], decimals: int, has_arcs: bool = True) -> 
             _line_commands(loop, decimals, has_arcs) if loop.is_open else _loop_commands(loop, decimals, has_arcs)
         )
         at = loop.ticks[-1, 0] if loop.is_open else start
+        if text[-1] in _DOTS:
+            at = None  # the pen is beside the point
     return "".join(text)
 
 

@@ -49,6 +49,9 @@ PIECES = 3
 """Pieces of a curve in drawings that are compared. Chords of whole curves lie up to a tenth of a pixel off them, which
 is more than outlines that are right may be off; those of a third lie nine times closer."""
 
+LEVEL = 1e-3
+"""Rise in pixels of a level line: what relations leave."""
+
 PEAK = 2.0
 """The same move of a part alone, in those of whole chains, as `STROKES.close_peak`."""
 
@@ -115,7 +118,9 @@ class Verdict:
             own = reach[scene.structure.segment_path.numpy()][:, None]
             number = np.arange(len(control))
             over = self._is_over(rise, control, loop, count, own, squares, on_grid)
-            peaks = self._is_over(rise, control, number, len(control), own, (PEAK * detail) ** 2, PEAK * on_grid[loop])
+            # A level edge is as far off everywhere as anywhere.
+            peak = np.where(_are_level(control), 1.0, PEAK)
+            peaks = self._is_over(rise, control, number, len(control), own, (PEAK * detail) ** 2, peak * on_grid[loop])
             wrong |= over
             wrong[loop[peaks]] = True
             worst = peaks | self._is_over(rise, control, number, len(control), own, squares[loop], on_grid[loop])
@@ -148,6 +153,11 @@ class Verdict:
         worth = sums_in_boxes(self._summed_worth, low, high)
         room = np.maximum(on_grid**2 * worth - sums_in_boxes(self._summed_before, low, high), self.spread**2 * worth)
         return sums_in_boxes(rise, low, high) > np.where(on_grid > 0.0, room, squares * worth) + NOISE
+
+
+def _are_level(control: Floats) -> Mask:
+    """Return which segments [R] with these points [R, 4, 2] are level or upright lines."""
+    return np.ptp(control, axis=1).min(1) <= LEVEL
 
 
 def finely(scene: Scene) -> Scene:
