@@ -49,3 +49,13 @@ def test_an_end_on_a_stroke_of_another_colour_stays():
 def test_lines_of_one_direction_meet_halfway():
     left, right = met(((40, 50), (120, 50)), ((123, 50), (200, 50)))
     assert np.allclose(left[1], right[0]) and abs(left[1, 0] - 121.5) < 0.1
+
+
+@pytest.mark.parametrize(("y", "end"), [(58.0, [200, 58]), (51.0, [200, 50])], ids=["beside it", "at it"])
+def test_an_end_goes_to_a_corner_only_if_its_line_does(y: float, end: list[float]):
+    chains = {
+        0: Chain.of(np.concatenate([line((200, 150), (200, 50)), line((200, 50), (260, 20))]), is_closed=False),
+        1: Chain.of(line((60, y), (199, y)), is_closed=False),
+    }
+    found = with_met_ends(chains, np.full(2, WIDTH), np.zeros(2, int))
+    assert np.allclose(found[1].points[-1], end, atol=0.2)

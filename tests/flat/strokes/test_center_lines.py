@@ -58,3 +58,32 @@ def test_slanted_lines_keep_their_ends() -> None:
     ends = ends_of(lines)
     for tip in ((124, 64), (124, 136), (40, 100)):
         assert np.linalg.norm(ends - tip, axis=1).min() < 1.5
+
+
+def turn_at(line: np.ndarray, place: tuple[float, float]) -> float:
+    """Return how far a line comes to a place, in pixels, and fail if it ends there."""
+    away = np.linalg.norm(line - place, axis=1)
+    assert min(away[0], away[-1]) > 10.0
+    return float(away.min())
+
+
+@pytest.mark.parametrize("half", [20.0, 30.0])
+def test_two_lines_meet_in_a_corner_as_narrow_as_a_drop(half: float) -> None:
+    """The skeleton of such a corner has a stem, whose end no disk of the width reaches."""
+    lines = lines_of(((100 - half, 140), (100, 40)), ((100, 40), (100 + half, 140)))
+    assert len(lines) == 1 and turn_at(lines[0], (100, 40)) < 1.5
+
+
+def test_a_line_that_ends_beside_a_corner_does_not_take_part_in_it() -> None:
+    """A page with a folded corner: its edge goes on into the fold, and the flap ends on the edge a little above."""
+    lines = lines_of(((150, 20), (150, 100)), ((150, 100), (90, 160)), ((150, 88), (60, 88)))
+    edge = next(line for line in lines if np.ptp(line[:, 1]) > 100)
+    assert turn_at(edge, (150, 100)) < 1.5
+    flap = next(line for line in lines if np.ptp(line[:, 1]) < 20)
+    assert np.linalg.norm(flap[[0, -1]] - [150, 88], axis=1).min() < 2.0
+
+
+def test_a_line_keeps_its_end_beyond_one_that_leaves_it() -> None:
+    """As long as half a width, the end is no branch of the skeleton."""
+    lines = lines_of(((100, 30), (100, 110)), ((100, 100), (180, 100)))
+    assert np.linalg.norm(ends_of(lines) - [100, 110], axis=1).min() < 1.0

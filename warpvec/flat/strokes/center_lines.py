@@ -195,9 +195,9 @@ def joined(
         if stems is None:
             found = usual_joint(shape, arms, near)
         else:
-            lines = {branch: places[branch] for branch in kept if branch not in corners}
-            found, new = chosen_joint(shape, lines, arms, junction, junctions, stems)
-            corners.update(new)
+            own = {branch: places[branch] for branch in kept if branch not in corners}
+            found, corner = chosen_joint(shape, own, arms, junction, junctions, stems)
+            corners |= set() if corner is None else {corner}
         _go_on(found, places, partner)
         for end, place in found.singles:
             covered = _covered(shape, end, [other for other in meet if other is not end])

@@ -10,20 +10,20 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Mask, cross
+from warpvec.flat.chains.parts import turned
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import cubic_points
-from warpvec.flat.strokes.joints import Arm, Joint, Shape, bridge_of, joint_of, usual_joint
+from warpvec.flat.strokes.joints import Arm, End, Joint, Shape, bridge_of, joint_of, usual_joint
 
 CELLS = 16.0
 """Cells across a stroke by which drawn lines are compared with their shape."""
 
 GAIN_MIN = 0.02
-"""Least area, in squares of the width, by which another way than the usual one must be nearer to the shape: that of five
-cells, which the grid adds or hides by chance. The notch of a corner that is missed by a fifth of the width is as large.
-"""
+"""Least area, in squares of the width, by which another way than the usual one must be nearer to the shape: that of
+five cells, which the grid adds or hides by chance."""
 
 STEP_SHARE = 0.05
-"""Distance of points along a line in widths, by which what it draws is known."""
+"""Distance in widths of points along a line, by which what it draws is known."""
 
 
 class Stem(NamedTuple):
@@ -41,16 +41,16 @@ class Stem(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """A way to join lines, and the stems that are none then."""
+    """A way to join lines, and the stem that is none of them then."""
 
     joint: Joint
-    corners: list[int]
+    corner: int | None = None
 
 
 def chosen_joint(
     shape: Shape, lines: dict[int, Floats], arms: list[Arm], junction: int, junctions: Floats, stems: list[Stem]
-) -> tuple[Joint, list[int]]:
-    """Return how ``arms`` meet at a ``junction``, and the branches that are corners of others.
+) -> tuple[Joint, int | None]:
+    """Return how ``arms`` meet at a ``junction``, and the branch that is a corner or an end of others; None for none.
 
     Args:
         shape: what they lie in.
@@ -60,33 +60,18 @@ def chosen_joint(
         junctions: the places of all [J, 2] px.
         stems: branches with a free end.
     """
-    near, stems = junctions[junction], [stem for stem in stems if stem.junction == junction]
-    stems = [stem for stem in stems if np.linalg.norm(stem.tip - near) <= STROKES.corner_far * shape.width]
-    cells, is_inside = _cells(shape, near, junctions, [arm.tip for arm in arms] + [stem.tip for stem in stems])
+    near, far = junctions[junction], STROKES.corner_far * shape.width
+    stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
+    drawing = _Drawing.of(shape, lines, arms, junction, junctions, stems)
     ways = list(_ways(shape, arms, near, stems))
-    wrong = [_wrong(shape, lines, arms, way, stems, cells, is_inside) for way in ways]
-    import os
-    if os.environ.get("DBG"): print("JOINT", np.round(near), len(arms), [np.round(stem.tip) for stem in stems], np.round(wrong,3).tolist())
+    wrong = [drawing.wrong(way) for way in ways]
     best = int(np.argmin(wrong))
-    chosen = ways[best if wrong[best] <= wrong[0] - GAIN_MIN else 0]
-    return chosen.joint, chosen.corners
-
-
-def _cells(shape: Shape, near: Floats, junctions: Floats, tips: list[Floats]) -> tuple[Floats, Mask]:
-    """Return the centres of cells [K, 2] px around a junction and the ends at it, and which lie inside the shape.
-
-    Cells that are nearer to other junctions tell nothing, as these may not be known yet.
-    """
-    reach = max((float(np.linalg.norm(tip - near)) for tip in tips), default=0.0) + shape.width
-    along = np.arange(-reach, reach, shape.width / CELLS)
-    places = near + np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
-    places = places[cKDTree(junctions).query(places)[0] >= np.linalg.norm(places - near, axis=1) - 1e-9]
-    return places, shape.is_inside(places)
+    return ways[best if wrong[best] <= wrong[0] - GAIN_MIN else 0]
 
 
 def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
     """Yield ways to join ``arms``, the usual one first: as they bend, and as if they were straight."""
-    yield _Way(usual_joint(shape, arms, near), [])
+    yield _Way(usual_joint(shape, arms, near))
     for own in (arms, [_straight(arm) for arm in arms]):
         yield from _ways_of(shape, own, near, stems)
 
@@ -104,14 +89,14 @@ def _ways_of(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> 
         others = [arm for arm in arms if arm.end.branch != stem.branch]
         for arm in others:
             ended = [(arm, np.concatenate([_toward(arm, stem.tip, step), stem.tip[None]]))]
-            yield _Way(joint_of(shape, others, [], near, ended), [stem.branch])
+            yield _Way(joint_of(shape, others, [], near, ended), stem.branch)
         for a, b in combinations(others, 2):
-            yield _Way(joint_of(shape, others, [(a, b, _corner(a, b, stem.tip, step))], near), [stem.branch])
+            yield _Way(joint_of(shape, others, [(a, b, _corner(a, b, stem.tip, step))], near), stem.branch)
     for a, b in combinations(arms, 2):
-        yield _Way(joint_of(shape, arms, [(a, b, bridge_of(a, b))], near), [])
+        yield _Way(joint_of(shape, arms, [(a, b, bridge_of(a, b))], near))
         place = _crossing(a, b, STROKES.corner_far * shape.width)
         if place is not None:
-            yield _Way(joint_of(shape, arms, [(a, b, _corner(a, b, place, step))], near), [])
+            yield _Way(joint_of(shape, arms, [(a, b, _corner(a, b, place, step))], near))
 
 
 def _crossing(a: Arm, b: Arm, far: float) -> Floats | None:
@@ -138,41 +123,73 @@ def _toward(arm: Arm, place: Floats, step: float) -> Floats:
     if count < 2:
         return np.zeros((0, 2))
     half = half if abs(half) < np.pi / 4.0 else 0.0
-    way = chord / max(length, 1e-9)
-    handle = length * 2.0 / 3.0 / (1.0 + np.cos(half))
-    first, last = _turned(way, -half), _turned(way, half)
+    handle = 2.0 / 3.0 / (1.0 + np.cos(half))
+    first, last = turned(np.stack([chord, chord]), np.array([-half, half]))
     control = np.array([arm.tip, arm.tip + handle * first, place - handle * last, place])
     return cubic_points(control[None], np.arange(1, count) / count)[0]
 
 
-def _turned(way: Floats, angle: float) -> Floats:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return np.array([cosine * way[0] - sine * way[1], sine * way[0] + cosine * way[1]])
+class _Drawing(NamedTuple):
+    """What is drawn around a junction, whichever way its lines go on.
+
+    Attributes:
+        cells: the centres of cells there [K, 2] px.
+        is_inside: which lie inside the shape [K].
+        distance: from the lines but for the stems [K].
+        stems: points along each stem, by its branch.
+        tips: the ends of the arms.
+        width: that of the stroke.
+    """
+
+    cells: Floats
+    is_inside: Mask
+    distance: Floats
+    stems: dict[int, Floats]
+    tips: dict[tuple[int, bool], Floats]
+    width: float
+
+    @staticmethod
+    def of(
+        shape: Shape, lines: dict[int, Floats], arms: list[Arm], junction: int, junctions: Floats, stems: list[Stem]
+    ) -> _Drawing:
+        """Return what is drawn there. Cells that are nearer to other junctions tell nothing: these may change yet."""
+        step, near = STEP_SHARE * shape.width, junctions[junction]
+        tips = {(arm.end.branch, arm.end.is_start): arm.tip for arm in arms}
+        away = [float(np.linalg.norm(tip - near)) for tip in [*tips.values(), *(stem.tip for stem in stems)]]
+        reach = max(away, default=0.0) + shape.width
+        along = np.arange(-reach, reach, shape.width / CELLS)
+        cells = near + np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
+        is_own = np.linalg.norm(cells[:, None] - junctions, axis=2).argmin(1) == junction
+        cells = cells[is_own]
+        drawn = {branch: _dense(points, step) for branch, points in lines.items()}
+        own = {stem.branch: _to_tip(drawn[stem.branch], stem.tip, step) for stem in stems if stem.branch in drawn}
+        rest = [points for branch, points in drawn.items() if branch not in own]
+        distance = cKDTree(np.concatenate(rest)).query(cells)[0] if rest else np.full(len(cells), np.inf)
+        return _Drawing(cells, shape.is_inside(cells), distance, own, tips, shape.width)
+
+    def wrong(self, way: _Way) -> float:
+        """Return the area, in squares of the width, in which what the lines draw differs from the shape."""
+        joint = way.joint
+        more = [points for branch, points in self.stems.items() if branch != way.corner]
+        more += [self._from(a, np.concatenate([points, self._tip(b)])) for a, b, points in joint.pairs]
+        more += [self._from(end, place[None]) for end, place in joint.singles]
+        more += [self._from(end, points) for end, points in joint.ended]
+        distance, limit = self.distance, self.width / 2.0
+        if more:
+            distance = np.minimum(distance, cKDTree(np.concatenate(more)).query(self.cells)[0])
+        return float(((distance <= limit) != self.is_inside).sum()) / CELLS**2
+
+    def _tip(self, end: End) -> Floats:
+        return self.tips[end.branch, end.is_start][None]
+
+    def _from(self, end: End, points: Floats) -> Floats:
+        return _dense(np.concatenate([self._tip(end), points]), STEP_SHARE * self.width)
 
 
-def _wrong(
-    shape: Shape, lines: dict[int, Floats], arms: list[Arm], way: _Way, stems: list[Stem], cells: Floats, is_inside: Mask
-) -> float:
-    """Return the area, in squares of the width, in which what the lines draw differs from the shape."""
-    tips = {(arm.end.branch, arm.end.is_start): arm.tip for arm in arms}
-    step = STEP_SHARE * shape.width
-    drawn = [_dense(own, step) for branch, own in lines.items() if branch not in way.corners]
-    for stem in stems:
-        own = lines.get(stem.branch) if stem.branch not in way.corners else None
-        if own is not None:
-            nearest = own[np.argmin(np.linalg.norm(own - stem.tip, axis=1))]
-            drawn.append(_dense(np.stack([nearest, stem.tip]), step))
-    for a, b, points in way.joint.pairs:
-        ends = tips[a.branch, a.is_start], tips[b.branch, b.is_start]
-        drawn.append(_dense(np.concatenate([ends[0][None], points, ends[1][None]]), step))
-    going_on = [*((end, place[None]) for end, place in way.joint.singles), *way.joint.ended]
-    drawn += [_dense(np.concatenate([tips[end.branch, end.is_start][None], own]), step) for end, own in going_on]
-    distance, _ = cKDTree(np.concatenate(drawn)).query(cells)
-    import os
-    if os.environ.get("DBG2"):
-        bad=(distance <= shape.width / 2.0) != is_inside
-        print("   pairs",[(a.branch,b.branch,len(p)) for a,b,p in way.joint.pairs],"singles",[(e.branch,np.round(p,1)) for e,p in way.joint.singles],"ended",[(e.branch,np.round(p[-1],1)) for e,p in way.joint.ended], "bad",bad.sum(), np.round(cells[bad].mean(0)) if bad.any() else "", is_inside[bad].mean())
-    return float(((distance <= shape.width / 2.0) != is_inside).sum()) / CELLS**2
+def _to_tip(points: Floats, tip: Floats, step: float) -> Floats:
+    """Return ``points`` [M, 2] along a stem, and those on to its ``tip`` [2]."""
+    nearest = points[int(np.argmin(np.linalg.norm(points - tip, axis=1)))]
+    return np.concatenate([points, _dense(np.stack([nearest, tip]), step)])
 
 
 def _dense(points: Floats, step: float) -> Floats:

@@ -106,7 +106,8 @@ def joint_of(
 ) -> Joint:
     """Return the joint of ``arms`` of which ``pairs`` go on into each other, by points [M, 2] px.
 
-    Some may go on by points [M, 2] to a cap, where they have ``ended``. Each other end lies where it would cross such a line.
+    Some may go on by points [M, 2] to a cap, where they have ``ended``. Each other end lies where it would cross such a
+    line.
     """
     ended = ended or []
     known = {id(arm) for a, b, _ in pairs for arm in (a, b)} | {id(arm) for arm, _ in ended}

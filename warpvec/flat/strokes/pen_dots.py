@@ -74,7 +74,7 @@ def _look(scene: Scene, path: int) -> tuple[float, ...]:
 def _drawn_by(scene: Scene, one: Scene, pen: int) -> Scene:
     """Return a scene of ``one`` disc, as a dot or a circle of the ``pen`` of another scene."""
     assert scene.strokes is not None and one.forms is not None
-    width, cap, join = (values[pen].item() for values in (scene.strokes.width, scene.strokes.cap, scene.strokes.join))
+    width, cap, join = float(scene.strokes.width[pen]), int(scene.strokes.cap[pen]), int(scene.strokes.join[pen])
     parameters = one.forms.parameters[0].double().numpy().copy()
     if 2.0 * parameters[FIRST] < 1.5 * width:
         place = np.tile(parameters[[X, Y]], (2, 3, 1))
