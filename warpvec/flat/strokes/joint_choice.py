@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import combinations
 from typing import NamedTuple
@@ -11,9 +12,10 @@ from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Mask, cross
 from warpvec.flat.chains.parts import turned
+from warpvec.flat.constants.lines import LINES
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import cubic_points
-from warpvec.flat.strokes.joints import Arm, End, Joint, Shape, bridge_of, joint_of, usual_joint
+from warpvec.flat.strokes.joints import Arm, End, Joint, Shape, bridge_of, joint_of, misfit_of, usual_joint
 
 CELLS = 16.0
 """Cells across a stroke by which drawn lines are compared with their shape."""
@@ -21,6 +23,9 @@ CELLS = 16.0
 GAIN_MIN = 0.02
 """Least area, in squares of the width, by which another way than the usual one must be nearer to the shape: that of
 five cells, which the grid adds or hides by chance."""
+
+ODD = math.radians(LINES.misfit_degrees)
+"""A corner, and a line that ends, are as odd as a line that bends by so many radians: lines that bend more are two."""
 
 STEP_SHARE = 0.05
 """Distance in widths of points along a line, by which what it draws is known."""
@@ -41,9 +46,16 @@ class Stem(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """A way to join lines, and the stem that is none of them then."""
+    """A way to join lines.
+
+    Attributes:
+        joint: how they are joined.
+        oddness: by how many radians lines bend for it, and `ODD` for each corner and each line that ends.
+        corner: the stem that is no line then; None for none.
+    """
 
     joint: Joint
+    oddness: float = 0.0
     corner: int | None = None
 
 
@@ -51,6 +63,8 @@ def chosen_joint(
     shape: Shape, lines: dict[int, Floats], arms: list[Arm], junction: int, junctions: Floats, stems: list[Stem]
 ) -> tuple[Joint, int | None]:
     """Return how ``arms`` meet at a ``junction``, and the branch that is a corner or an end of others; None for none.
+
+    Of ways that draw the shape equally well it is the usual one, or that in which lines turn and end least.
 
     Args:
         shape: what they lie in.
@@ -63,17 +77,13 @@ def chosen_joint(
     near, far = junctions[junction], STROKES.corner_far * shape.width
     stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
     drawing = _Drawing.of(shape, lines, arms, junction, junctions, stems)
-    ways = list(_ways(shape, arms, near, stems))
-    wrong = [drawing.wrong(way) for way in ways]
-    best = int(np.argmin(wrong))
-    return ways[best if wrong[best] <= wrong[0] - GAIN_MIN else 0]
-
-
-def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
-    """Yield ways to join ``arms``, the usual one first: as they bend, and as if they were straight."""
-    yield _Way(usual_joint(shape, arms, near))
+    ways = [_Way(usual_joint(shape, arms, near))]
     for own in (arms, [_straight(arm) for arm in arms]):
-        yield from _ways_of(shape, own, near, stems)
+        ways += _ways(shape, own, near, stems)
+    wrong = [drawing.wrong(way) for way in ways]
+    right = [way for way, area in zip(ways, wrong, strict=True) if area <= min(wrong) + GAIN_MIN]
+    best = right[0] if right[0] is ways[0] else min(right, key=lambda way: way.oddness)
+    return best.joint, best.corner
 
 
 def _straight(arm: Arm) -> Arm:
@@ -82,21 +92,43 @@ def _straight(arm: Arm) -> Arm:
     return arm._replace(out=chord / max(float(np.linalg.norm(chord)), 1e-9), bend=0.0)
 
 
-def _ways_of(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
+def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
     """Yield ways in which one arm ends where a stem does, or two go on by an arc or in a corner; others end on them."""
     step = STEP_SHARE * shape.width
     for stem in stems:
         others = [arm for arm in arms if arm.end.branch != stem.branch]
         for arm in others:
             ended = [(arm, np.concatenate([_toward(arm, stem.tip, step), stem.tip[None]]))]
-            yield _Way(joint_of(shape, others, [], near, ended), stem.branch)
+            joint = joint_of(shape, others, [], near, ended)
+            yield _Way(joint, ODD + _bend(arm, stem.tip) + _oddness(joint, others), stem.branch)
         for a, b in combinations(others, 2):
-            yield _Way(joint_of(shape, others, [(a, b, _corner(a, b, stem.tip, step))], near), stem.branch)
+            yield _in_corner(shape, others, a, b, stem.tip, near)._replace(corner=stem.branch)
     for a, b in combinations(arms, 2):
-        yield _Way(joint_of(shape, arms, [(a, b, bridge_of(a, b))], near))
+        joint = joint_of(shape, arms, [(a, b, bridge_of(a, b))], near)
+        yield _Way(joint, misfit_of(a, b) + _oddness(joint, arms))
         place = _crossing(a, b, STROKES.corner_far * shape.width)
         if place is not None:
-            yield _Way(joint_of(shape, arms, [(a, b, _corner(a, b, place, step))], near))
+            yield _in_corner(shape, arms, a, b, place, near)
+
+
+def _in_corner(shape: Shape, arms: list[Arm], a: Arm, b: Arm, place: Floats, near: Floats) -> _Way:
+    """Return the way in which the arms ``a`` and ``b`` have a corner at a ``place`` [2]."""
+    step = STEP_SHARE * shape.width
+    between = np.concatenate([_toward(a, place, step), place[None], _toward(b, place, step)[::-1]])
+    joint = joint_of(shape, arms, [(a, b, between)], near)
+    return _Way(joint, ODD + _bend(a, place) + _bend(b, place) + _oddness(joint, arms))
+
+
+def _oddness(joint: Joint, arms: list[Arm]) -> float:
+    """Return how odd the lines are that end at the others of a joint of ``arms``, in radians."""
+    own = {(arm.end.branch, arm.end.is_start): arm for arm in arms}
+    return sum(ODD + _bend(own[end.branch, end.is_start], place) for end, place in joint.singles)
+
+
+def _bend(arm: Arm, place: Floats) -> float:
+    """Return by how many radians the way to a ``place`` [2] turns from that of an arm."""
+    chord = place - arm.tip
+    return abs(math.atan2(float(cross(arm.out, chord)), float(arm.out @ chord))) if chord.any() else 0.0
 
 
 def _crossing(a: Arm, b: Arm, far: float) -> Floats | None:
@@ -107,11 +139,6 @@ def _crossing(a: Arm, b: Arm, far: float) -> Floats | None:
     gap = b.tip - a.tip
     first, second = float(cross(gap, b.out)) / sine, float(cross(gap, a.out)) / sine
     return a.tip + first * a.out if 0.0 < first < far and 0.0 < second < far else None
-
-
-def _corner(a: Arm, b: Arm, place: Floats, step: float) -> Floats:
-    """Return points [M, 2] px from ``a`` to ``b`` through a corner at a ``place`` [2]."""
-    return np.concatenate([_toward(a, place, step), place[None], _toward(b, place, step)[::-1]])
 
 
 def _toward(arm: Arm, place: Floats, step: float) -> Floats:

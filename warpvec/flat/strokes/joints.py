@@ -161,7 +161,7 @@ def _pairs(arms: list[Arm]) -> list[tuple[Arm, Arm]]:
         (misfit, i, j)
         for i in range(len(arms))
         for j in range(i + 1, len(arms))
-        if (misfit := _misfit(arms[i], arms[j])) <= np.radians(LINES.misfit_degrees)
+        if (misfit := misfit_of(arms[i], arms[j])) <= np.radians(LINES.misfit_degrees)
     )
     pairs, used = [], set[int]()
     for _, i, j in found:
@@ -171,7 +171,7 @@ def _pairs(arms: list[Arm]) -> list[tuple[Arm, Arm]]:
     return pairs
 
 
-def _misfit(a: Arm, b: Arm) -> float:
+def misfit_of(a: Arm, b: Arm) -> float:
     """Return by how much an arc from one end to the other turns more, or less evenly, than both lines do there."""
     chord = b.tip - a.tip
     first, last = _turn(a.out, chord), _turn(chord, -b.out)
@@ -186,7 +186,7 @@ def bridge_of(a: Arm, b: Arm) -> Floats:
     gap = float(np.linalg.norm(b.tip - a.tip))
     turn = abs(_turn(a.out, b.tip - a.tip)) + abs(_turn(b.tip - a.tip, -b.out))
     count = int(gap / LINES.bridge_step)
-    if count < 2 or turn > np.radians(LINES.bridge_degrees) or _misfit(a, b) > np.radians(LINES.misfit_degrees):
+    if count < 2 or turn > np.radians(LINES.bridge_degrees) or misfit_of(a, b) > np.radians(LINES.misfit_degrees):
         return np.zeros((0, 2))
     # The handles of an arc that turns so much over this chord.
     handle = gap * 2.0 / 3.0 / (1.0 + np.cos(turn / 2.0))
