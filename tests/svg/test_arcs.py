@@ -14,7 +14,7 @@ from warpvec.geometry.circles import circle_points
 from warpvec.geometry.rounding import round_nodes
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-from warpvec.svg.arcs import Arc, arc_of, arc_rows
+from warpvec.svg.arcs import Arc, arc_of, arc_rows, nearest_arc
 from warpvec.svg.measure import draw
 from warpvec.svg.path_data import is_own_data, read_loops
 from warpvec.svg.read import read_svg
@@ -93,3 +93,13 @@ def test_odd_arcs_are_read_without_a_failure(data: str) -> None:
     assert is_own_data(data)
     (loop,) = read_loops(data, 2)
     assert len(loop.ticks) >= 1
+
+
+@pytest.mark.parametrize("radius", [20000, 25000, 8530])
+def test_of_radii_that_draw_the_same_the_shortest_is_stated(radius: int) -> None:
+    """In units of a grid ticks are so fine that rounded cubics may be those of several radii."""
+    step = np.array([radius, radius])
+    for off in (-2, 0, 2):
+        rows = arc_rows(step, Arc(radius + off, False, True))
+        arc = nearest_arc(rows.astype(float), step, 9.0)
+        assert arc is not None and arc.radius == radius

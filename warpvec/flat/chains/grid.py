@@ -45,14 +45,6 @@ SURE = 0.9
 EVIDENCE_MIN = math.log(len(SIDES)) + math.log(100.0)
 """Nats by which a grid must explain the numbers better than none: which side it has, and one wrong in a hundred."""
 
-NONE_MAX = 0.5
-"""Largest share of numbers that lie on no multiple: a drawing is on a grid if most of it is. The centre and the border
-of any drawing may be on one."""
-
-COARSER_SHARE = 0.5
-"""Share of the nats of a grid with which one of whole multiples of its unit is taken: halves and quarters of a unit are
-as short to say, and a fine grid explains more by chance."""
-
 SOLUTIONS = 2
 """How often numbers are held: those that follow from the others are near their places in the second."""
 
@@ -113,14 +105,9 @@ def grid_of(values: Floats, size: tuple[int, int], spread: float, wanted: str = 
         return _explained(own, max(size) / int(wanted), int(wanted), spread) if fits(size, int(wanted)) else None
     found = [_explained(own, max(size) / side, side, spread) for side in SIDES if fits(size, side)]
     best = max(found, key=lambda grid: grid.nats, default=None)
-    if best is None or best.shares[-1] > NONE_MAX:
-        return None
     # Whole pixels are multiples of some part of many units: the unit itself must explain more.
     pixels = _explained(own, 1.0, max(size), spread, (1,))
-    if best.nats < max(pixels.nats, 0.0) + EVIDENCE_MIN:
-        return None
-    coarser = [grid for grid in found if best.side % grid.side == 0 and grid.nats >= COARSER_SHARE * best.nats]
-    return min(coarser, key=lambda grid: grid.side)
+    return best if best is not None and best.nats >= max(pixels.nats, 0.0) + EVIDENCE_MIN else None
 
 
 def fits(size: tuple[int, int], side: int) -> bool:
