@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.structure import Structure
-from warpvec.svg.arcs import BULGE, RADIUS_MIN, Arc, arc_rows, are_arcs, nearest_arc, runs
+from warpvec.svg.arcs import BULGE, RADIUS_MIN, ROUNDING, Arc, arc_rows, are_arcs, nearest_arc, runs
 
 MISS_MAX = 0.02
 """Largest distance in pixels by which an arc may miss the curves that it replaces."""
-
-ROUNDING = 0.75
-"""Largest distance in ticks that rounding makes: files of large ticks could else have no arcs."""
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -35,7 +32,7 @@ def with_arcs(scene: Scene, precision: int, units: float) -> Scene:
         units: units per pixel of the picture.
     """
     structure, per_unit = scene.structure, 10**precision
-    tolerance = max(MISS_MAX * units * per_unit, ROUNDING)
+    tolerance = max(MISS_MAX * units * per_unit, ROUNDING)  # files of large ticks could else have no arcs
     ticks, is_line = scene.segments.double().cpu().numpy() * per_unit, structure.lines.cpu().numpy()
     is_form = np.zeros(len(scene), bool) if scene.forms is None else scene.forms.is_form.cpu().numpy()
     is_open = np.zeros(structure.loop_count, bool) if structure.is_open is None else structure.is_open.cpu().numpy()

@@ -31,6 +31,9 @@ HANDLE_ERROR = 1.6
 HALF_MIN = math.radians(2.0)
 """Least half of the angle by which such a cubic turns. Less is a line for the eye, and no arc says it more clearly."""
 
+ROUNDING = 0.75
+"""Largest distance in ticks that rounding makes."""
+
 _QUARTER = math.pi / 2
 _MORE_THAN_QUARTER = 0.01
 """A cubic may turn by so many quarters more than one: ends at ticks make a quarter a little larger."""
@@ -43,6 +46,9 @@ BULGE = 2.8e-4
 
 _RADII = (0, 1, -1, 2, -2, 3, -3)
 """Differences in ticks that are tried from the radius through three points at ticks."""
+
+_ZEROS = (1, 2, 3)
+"""Last digits that are zeros in short radii, which are tried too."""
 
 
 class Arc(NamedTuple):
@@ -103,15 +109,19 @@ def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
         step: the end of the last cubic.
         tolerance: largest distance in ticks, beside that of a quarter's cubic from its circle.
     """
-    points = _points(rows, step)
-    found: list[tuple[float, Arc]] = []
+    points, least, near = _points(rows, step), math.inf, list[tuple[float, Arc]]()
     for arc in _near(rows, step):
-        circle = _circle(step, arc)
-        off = float(np.abs(np.hypot(points[:, 0] - circle.x, points[:, 1] - circle.y) - circle.radius).max())
-        found.append((off, arc))
-    least = min((off for off, _ in found), default=math.inf)
-    near = [(off, arc) for off, arc in found if off <= min(least + 1.0, tolerance + BULGE * arc.radius)]
-    return min(near, key=lambda each: (_length(each[1]), each[0]), default=(math.inf, None))[1]
+        circle, drawn = _circle(step, arc), _points(arc_rows(step, arc).astype(np.float64), step)
+        away = np.hypot(points[:, 0] - circle.x, points[:, 1] - circle.y) - circle.radius
+        # Cubics of an arc lie a little beyond it, and those of the same number alike.
+        beyond = np.hypot(drawn[:, 0] - circle.x, drawn[:, 1] - circle.y) - circle.radius
+        is_alike = len(drawn) == len(points)
+        off = float(np.abs(away - beyond if is_alike else away).max())
+        least = min(least, off)
+        if off <= tolerance + (0.0 if is_alike else BULGE * arc.radius):
+            near.append((off, arc))
+    told = [each for each in near if each[0] <= max(least, 2.0 * ROUNDING)]  # both are rounded
+    return min(told, key=lambda each: (_length(each[1]), each[0]), default=(math.inf, None))[1]
 
 
 def _length(arc: Arc) -> int:
@@ -204,8 +214,11 @@ def _near(rows: Floats, step: Ticks) -> Iterator[Arc]:
     is_clockwise = turn > 0.0
     if abs(abs(turn) - math.pi) < _NEARLY_HALF:
         yield Arc(math.floor(math.hypot(*step.tolist()) / 2.0), False, is_clockwise)
-    for more in _RADII:
-        yield Arc(round(float(radius)) + more, abs(turn) > math.pi, is_clockwise)
+    usual = round(float(radius))
+    radii = dict.fromkeys([*(usual + more for more in _RADII), *(round(usual, -zeros) for zeros in _ZEROS)])
+    for own in radii:
+        if own > 0:
+            yield Arc(own, abs(turn) > math.pi, is_clockwise)
 
 
 def _circle(step: Ticks, arc: Arc) -> _Circle:

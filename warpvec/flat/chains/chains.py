@@ -16,7 +16,7 @@ from warpvec.config.fit_config import OFF, FitConfig
 from warpvec.flat.chains.chain import Chain, Cover
 from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
-from warpvec.flat.chains.grid import HANDLE_ERROR, RADIUS_MIN, Grid, grid_of, hold_grid, on_grid, stated_numbers
+from warpvec.flat.chains.grid import HANDLE_ERROR, Grid, arcs_of, grid_of, hold_grid, on_grid, stated_numbers
 from warpvec.flat.chains.joined_ends import join_ends, with_met_ends
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
@@ -33,7 +33,6 @@ from warpvec.geometry.quarter import QUARTER_HANDLE
 from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
-from warpvec.svg.arcs import are_arcs
 from warpvec.watch.watch import Watch
 
 _LoopRows = tuple[Floats, Mask]
@@ -224,9 +223,8 @@ def shares_of(old: Scene, new: Scene) -> Floats:
 
 def _numbers_of(scene: Scene) -> Floats:
     """Return the numbers that a file says of each loop of ``scene`` [L]."""
-    control, structure = whole_curves(scene).double().numpy(), scene.structure
-    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN)
-    numbers = np.where(is_arc, NUMBERS[ARC], NUMBERS[CUBIC])
+    structure, (is_arc, goes_on, _) = scene.structure, arcs_of(scene)
+    numbers = np.where(is_arc, NUMBERS[ARC], NUMBERS[CUBIC]) * ~goes_on
     numbers = np.where(structure.lines.numpy(), NUMBERS[LINE], numbers) * ~structure.end_rows.numpy()
     return np.bincount(segment_loops(scene), numbers, structure.loop_count).astype(np.float64)
 

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Mask
 from warpvec.config.fit_config import AUTO, OFF
 from warpvec.flat.chains.parts import ARC, bulge_of, radius_of
 from warpvec.flat.chains.solve import Sketch, solved
@@ -44,6 +44,10 @@ SURE = 0.9
 
 EVIDENCE_MIN = math.log(len(SIDES)) + math.log(100.0)
 """Nats by which a grid must explain the numbers better than none: which side it has, and one wrong in a hundred."""
+
+COARSER_SHARE = 0.5
+"""Share of the nats of a grid with which one of whole multiples of its unit is taken: halves and quarters of a unit are
+as short to say, and a fine grid explains more by chance."""
 
 SOLUTIONS = 2
 """How often numbers are held: those that follow from the others are near their places in the second."""
@@ -107,7 +111,10 @@ def grid_of(values: Floats, size: tuple[int, int], spread: float, wanted: str = 
     best = max(found, key=lambda grid: grid.nats, default=None)
     # Whole pixels are multiples of some part of many units: the unit itself must explain more.
     pixels = _explained(own, 1.0, max(size), spread, (1,))
-    return best if best is not None and best.nats >= max(pixels.nats, 0.0) + EVIDENCE_MIN else None
+    if best is None or best.nats < max(pixels.nats, 0.0) + EVIDENCE_MIN:
+        return None
+    coarser = [grid for grid in found if best.side % grid.side == 0 and grid.nats >= COARSER_SHARE * best.nats]
+    return min(coarser, key=lambda grid: grid.side)
 
 
 def fits(size: tuple[int, int], side: int) -> bool:
@@ -207,6 +214,18 @@ def share_on_halves(scene: Scene, unit: float) -> float:
     return float((np.abs(halves - np.round(halves)) * unit / 2.0 <= EXACT).mean()) if len(halves) else 0.0
 
 
+def arcs_of(scene: Scene) -> tuple[Mask, Mask, Floats]:
+    """Return which rows [S] of ``scene`` are arcs, which go on with the arc of the row before, and their radii [S]."""
+    control, structure = whole_curves(scene).double().numpy(), scene.structure
+    x, y, radius = own_circles(control[:, :3], control[:, 3])
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & ~structure.end_rows.numpy()
+    circle = np.stack([x, y, radius], 1)
+    after = structure.segment_next.numpy()
+    goes_on = np.zeros(len(control), bool)
+    goes_on[after] = is_arc & is_arc[after] & (np.abs(circle - circle[after]).max(1) <= SAME_CIRCLE)
+    return is_arc, goes_on, radius
+
+
 def stated_numbers(scene: Scene) -> Floats:
     """Return the numbers that a file says of ``scene`` [K]: nodes, radii, sides of forms, and widths of strokes."""
     control, structure = whole_curves(scene).double().numpy(), scene.structure
@@ -215,14 +234,8 @@ def stated_numbers(scene: Scene) -> Floats:
         is_outline &= ~scene.forms.is_form.numpy()[structure.segment_path.numpy()]
         for _, form, paths in scene.forms.groups():
             found.append(form.numbers(scene.forms.parameters[paths].double()).numpy().ravel())
-    x, y, radius = own_circles(control[:, :3], control[:, 3])
-    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN)
-    is_arc &= is_outline & ~structure.end_rows.numpy()
-    circle = np.stack([x, y, radius], 1)
-    after = structure.segment_next.numpy()
-    goes_on = np.zeros(len(control), bool)
-    goes_on[after] = is_arc & is_arc[after] & (np.abs(circle - circle[after]).max(1) <= SAME_CIRCLE)
-    found += [control[is_outline & ~goes_on, 0].ravel(), radius[is_arc]]
+    is_arc, goes_on, radius = arcs_of(scene)
+    found += [control[is_outline & ~goes_on, 0].ravel(), radius[is_arc & is_outline]]
     if scene.strokes is not None:
         found.append(scene.strokes.width.double().numpy())
     values: Floats = np.concatenate(found)
