@@ -11,10 +11,11 @@ from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.inner_disks import Boundary, Disks
 from warpvec.flat.strokes.joint_choice import Stem, chosen_joint
 from warpvec.flat.strokes.joints import End, Joint, Shape, arms_of, usual_joint
-from warpvec.flat.strokes.line_fitting import Line, Rows
+from warpvec.flat.strokes.line_fitting import Line, Rows, curves_of
 from warpvec.flat.strokes.skeleton import Graph, graph_of
 from warpvec.flat.strokes.thinning import thinned
 from warpvec.geometry.strokes import BUTT, MITER, ROUND
@@ -24,6 +25,9 @@ _CELLS = 10.0
 
 _CAP_STEP = 5.0
 """Degrees of a circle that are outline if one point of the outline lies there."""
+
+_SAMPLES = (np.arange(16) + 0.5) / 16
+"""Places along curves that tell what they cover."""
 
 _Ends = tuple[int, int] | None
 """The junctions at both ends of a branch, as in `Graph`."""
@@ -378,8 +382,17 @@ def _room(shape: Shape, place: Floats, out: Floats) -> float:
 
 
 def join_of(lines: list[Rows], boundary: Boundary, width: float) -> int:
-    """Return the join of a stroke: a miter if the shape reaches to the tips of most of its corners, else round."""
-    tips = [tip for rows in lines for tip in _miter_tips(rows, width)]
+    """Return the join of a stroke: a miter if the shape reaches to the tips of most of its corners, else round.
+
+    A corner whose tip another line covers shows neither.
+    """
+    tips = list[Floats]()
+    drawn = [cubic_points(curves_of(rows), _SAMPLES).reshape(-1, 2) for rows in lines]
+    for k, rows in enumerate(lines):
+        others = [points for other, points in enumerate(drawn) if other != k]
+        over = cKDTree(np.concatenate(others)) if others else None
+        own = _miter_tips(rows, width)
+        tips += [tip for tip in own if over is None or over.query(tip)[0] > width / 2.0]
     if not tips:
         return ROUND
     shape = Shape(boundary, cKDTree(boundary.points), cKDTree(boundary.points), width)

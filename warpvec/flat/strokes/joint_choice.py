@@ -27,6 +27,9 @@ five cells, which the grid adds or hides by chance."""
 ODD = math.radians(LINES.misfit_degrees)
 """A corner, and a line that ends, are as odd as a line that bends by so many radians: lines that bend more are two."""
 
+PART = 0.4
+"""Length in widths of the part of a line next to its end, as few places as tell a direction."""
+
 STEP_SHARE = 0.05
 """Distance in widths of points along a line, by which what it draws is known."""
 
@@ -78,12 +81,18 @@ def chosen_joint(
     stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
     drawing = _Drawing.of(shape, lines, arms, junction, junctions, stems)
     ways = [_Way(usual_joint(shape, arms, near))]
-    for own in (arms, [_straight(arm) for arm in arms]):
+    for own in (arms, [_straight(arm) for arm in arms], [_straight(_part(arm, shape.width)) for arm in arms]):
         ways += _ways(shape, own, near, stems)
     wrong = [drawing.wrong(way) for way in ways]
     right = [way for way, area in zip(ways, wrong, strict=True) if area <= min(wrong) + GAIN_MIN]
     best = right[0] if right[0] is ways[0] else min(right, key=lambda way: way.oddness)
     return best.joint, best.corner
+
+
+def _part(arm: Arm, width: float) -> Arm:
+    """Return the part of an arm next to its end: a bend of a designer's is an arc between lines."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(arm.points, axis=0), axis=1))])
+    return arm._replace(points=arm.points[: max(2, int(np.searchsorted(along, PART * width)))])
 
 
 def _straight(arm: Arm) -> Arm:
