@@ -207,7 +207,8 @@ class StrokeConstants:
     """Widths that differ by no more pixels are the same; fitted ones are within 0.05 of the designer's."""
 
     hopeless: float = 4.0
-    """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
+    """After the first fit, strokes whose outlines move by more than so many times the detail are given up. A stroke of
+    which a part does so at the end is none: the end of a line is where none is."""
 
     worst_share: float = 0.5
     """Of such strokes, those go first whose outlines move by at least this share of the farthest move. The move of the

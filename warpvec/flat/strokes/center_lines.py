@@ -203,9 +203,9 @@ def joined(
             found, corner = chosen_joint(shape, own, arms, junction, junctions, stems)
             corners |= set() if corner is None else {corner}
         _go_on(found, places, partner)
-        for end, place in found.singles:
+        for end, points in found.singles:
             covered = _covered(shape, end, [other for other in meet if other is not end])
-            meeting[end.branch, end.is_start] = _Meeting(place, covered)
+            meeting[end.branch, end.is_start] = _Meeting(points[-1], covered)
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
     chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed | corners], partner)
     lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
@@ -220,7 +220,8 @@ def joined(
 
 def _go_on(joint: Joint, places: list[Floats], partner: dict[tuple[int, bool], tuple[int, bool]]) -> None:
     """Note the pairs of a ``joint``, and add the points by which branches go on to their ``places``."""
-    for end, more in [*((a, between) for a, _, between in joint.pairs), *joint.ended]:
+    singles = [(end, points[:-1]) for end, points in joint.singles]
+    for end, more in [*((a, between) for a, _, between in joint.pairs), *joint.ended, *singles]:
         own = places[end.branch]
         places[end.branch] = np.concatenate([more[::-1], own] if end.is_start else [own, more])
     for a, b, _ in joint.pairs:

@@ -80,7 +80,8 @@ def chosen_joint(
     near, far = junctions[junction], STROKES.corner_far * shape.width
     stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
     drawing = _Drawing.of(shape, lines, arms, junction, junctions, stems)
-    ways = [_Way(usual_joint(shape, arms, near))]
+    step = STEP_SHARE * shape.width
+    ways = [_Way(_bent(usual_joint(shape, arms, near), arms, step))]
     for own in (arms, [_straight(arm) for arm in arms], [_straight(_part(arm, shape.width)) for arm in arms]):
         ways += _ways(shape, own, near, stems)
     wrong = [drawing.wrong(way) for way in ways]
@@ -108,12 +109,12 @@ def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Ite
         others = [arm for arm in arms if arm.end.branch != stem.branch]
         for arm in others:
             ended = [(arm, np.concatenate([_toward(arm, stem.tip, step), stem.tip[None]]))]
-            joint = joint_of(shape, others, [], near, ended)
+            joint = _bent(joint_of(shape, others, [], near, ended), others, step)
             yield _Way(joint, ODD + _bend(arm, stem.tip) + _oddness(joint, others), stem.branch)
         for a, b in combinations(others, 2):
             yield _in_corner(shape, others, a, b, stem.tip, near)._replace(corner=stem.branch)
     for a, b in combinations(arms, 2):
-        joint = joint_of(shape, arms, [(a, b, bridge_of(a, b))], near)
+        joint = _bent(joint_of(shape, arms, [(a, b, bridge_of(a, b))], near), arms, step)
         yield _Way(joint, misfit_of(a, b) + _oddness(joint, arms))
         place = _crossing(a, b, STROKES.corner_far * shape.width)
         if place is not None:
@@ -124,14 +125,24 @@ def _in_corner(shape: Shape, arms: list[Arm], a: Arm, b: Arm, place: Floats, nea
     """Return the way in which the arms ``a`` and ``b`` have a corner at a ``place`` [2]."""
     step = STEP_SHARE * shape.width
     between = np.concatenate([_toward(a, place, step), place[None], _toward(b, place, step)[::-1]])
-    joint = joint_of(shape, arms, [(a, b, between)], near)
+    joint = _bent(joint_of(shape, arms, [(a, b, between)], near), arms, step)
     return _Way(joint, ODD + _bend(a, place) + _bend(b, place) + _oddness(joint, arms))
 
 
 def _oddness(joint: Joint, arms: list[Arm]) -> float:
     """Return how odd the lines are that end at the others of a joint of ``arms``, in radians."""
     own = {(arm.end.branch, arm.end.is_start): arm for arm in arms}
-    return sum(ODD + _bend(own[end.branch, end.is_start], place) for end, place in joint.singles)
+    return sum(ODD + _bend(own[end.branch, end.is_start], points[-1]) for end, points in joint.singles)
+
+
+def _bent(joint: Joint, arms: list[Arm], step: float) -> Joint:
+    """Return a ``joint`` of ``arms`` in which other ends go on in arcs to where they end."""
+    own = {(arm.end.branch, arm.end.is_start): arm for arm in arms}
+    singles = [
+        (end, np.concatenate([_toward(own[end.branch, end.is_start], points[-1], step), points]))
+        for end, points in joint.singles
+    ]
+    return joint._replace(singles=singles)
 
 
 def _bend(arm: Arm, place: Floats) -> float:
@@ -208,8 +219,7 @@ class _Drawing(NamedTuple):
         joint = way.joint
         more = [points for branch, points in self.stems.items() if branch != way.corner]
         more += [self._from(a, np.concatenate([points, self._tip(b)])) for a, b, points in joint.pairs]
-        more += [self._from(end, place[None]) for end, place in joint.singles]
-        more += [self._from(end, points) for end, points in joint.ended]
+        more += [self._from(end, points) for end, points in [*joint.singles, *joint.ended]]
         distance, limit = self.distance, self.width / 2.0
         if more:
             distance = np.minimum(distance, cKDTree(np.concatenate(more)).query(self.cells)[0])

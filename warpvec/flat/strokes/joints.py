@@ -54,7 +54,7 @@ class Joint(NamedTuple):
 
     Attributes:
         pairs: those that go on into each other, with the points from the first to the second [M, 2] px.
-        singles: each other end, and the place [2] where it ends.
+        singles: each other end, with the points [M, 2] px from it to the place where it ends.
         ended: ends that go on by points [M, 2] px to a cap.
     """
 
@@ -119,7 +119,7 @@ def joint_of(
         common = _common_place(rest, near)
         if len(rest) < 2 or np.linalg.norm(common - near) > LINES.meeting_far * shape.width:
             common = near
-        singles = [(arm.end, _ending(arm, through, near, common, shape.width / 2.0)) for arm in rest]
+        singles = [(arm.end, _ending(arm, through, near, common, shape.width / 2.0)[None]) for arm in rest]
     return Joint([(a.end, b.end, bridge) for a, b, bridge in pairs], singles, [(arm.end, own) for arm, own in ended])
 
 

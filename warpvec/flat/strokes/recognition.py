@@ -132,13 +132,15 @@ class _Judge:
         short = {path for path in replaced if strokes[path].cost <= most[path]}
         if are_wanted():
             self._note(strokes, replaced, moved, most, detail)
+        farthest = {path: self._farthest(rise, replaced[path]) for path in short}
         return _Verdict(
             read_back(drawn, strokes), rise,
             moved,
             {path for path in replaced if moved[path] > STROKES.hopeless * detail},
-            {path for path in short if moved[path] <= STROKES.detail_share * detail},
+            {path for path in short if moved[path] <= STROKES.detail_share * detail
+             and farthest[path] <= STROKES.hopeless * detail},
             {path for path in short if moved[path] <= STROKES.close_share * detail
-             and self._farthest(rise, replaced[path]) <= STROKES.close_peak * detail},
+             and farthest[path] <= STROKES.close_peak * detail},
         )  # fmt: skip
 
     def _note(
