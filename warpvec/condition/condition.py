@@ -104,7 +104,7 @@ def measure_condition(pixels: Floats32) -> Condition:
     part = _seen(_window(pixels))
     levels = 255.0 * part.astype(np.float64)
     restored = pixels if enlargement is None else before_enlargement(pixels, enlargement)
-    small = 255.0 * _seen(_window(restored)).astype(np.float64)
+    small = levels if enlargement is None else 255.0 * _seen(_window(restored)).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
     palette = find_palette(np.rint(small))
     # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; few colours have none.
