@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from io import StringIO
 
+import pytest
 from rich.console import Console
 
 from warpvec.batch.console import Tally, describe, show_batch
@@ -43,7 +44,18 @@ def test_photos_that_were_not_tried_do_not_count_for_the_time_left() -> None:
     tally = Tally(skipped=0, total=5, started=time.monotonic() - 60.0, records=[refused, refused])
     assert tally.pace() == "2 of 5, 2 failed"
     tally.records.append(DONE)
-    assert tally.pace() == "3 of 5, 2 failed, 120 s left"
+    assert tally.pace() == "3 of 5, 2 failed, 1.0 a minute, 120 s left"
+
+
+def test_the_time_left_follows_the_efforts_and_does_not_jump() -> None:
+    efforts = {"large.png": 6.0, **{f"{k}.png": 1.0 for k in range(6)}}
+    tally = Tally(skipped=0, total=7, started=time.monotonic() - 600.0, efforts=efforts)
+    tally.records.append(replace(DONE, input="large.png"))
+    assert tally.share() == pytest.approx(0.5)
+    assert tally.pace() == "1 of 7, 0.1 a minute, 10 min left"
+    tally.started -= 600.0  # a photo that took much longer than expected
+    tally.records.append(replace(DONE, input="0.png"))
+    assert tally.pace() == "2 of 7, 0.1 a minute, 12 min left"  # half of the way from 10 to 14 min
 
 
 def test_the_table_shows_the_photo_of_each_worker() -> None:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,17 @@ def test_workers_are_kept_from_job_to_job(tmp_path: Path) -> None:
     pids = {outcome.value for outcome in outcomes.values()}
     assert 1 <= len(pids) <= 2
     assert str(os.getpid()) not in pids
+
+
+def test_each_worker_prepares_once_before_its_first_job(tmp_path: Path) -> None:
+    engine = LocalEngine(["cpu"], 1, 1, retries=0, prepare=partial(_note_process, tmp_path / "prepared"))
+    outcomes = list(engine.run(["a", "b"], Trial(tmp_path), lambda job, text: None))
+    assert {outcome.value for outcome in outcomes} == {(tmp_path / "prepared").read_text()}
+
+
+def _note_process(path: Path) -> None:
+    with path.open("x") as file:
+        file.write(str(os.getpid()))
 
 
 def test_a_worker_that_dies_costs_only_its_job(tmp_path: Path) -> None:

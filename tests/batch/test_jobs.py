@@ -22,7 +22,7 @@ from PIL import Image
 
 from warpvec.batch.engines.base import WorkerShare
 from warpvec.batch.folders import LocalFolder
-from warpvec.batch.jobs import PhotoJob, Vectorize, find_jobs
+from warpvec.batch.jobs import PhotoJob, Vectorize, find_jobs, longest_first
 from warpvec.batch.journal import CSV_NAME, JSON_NAME
 from warpvec.config.presets import make_config
 
@@ -90,7 +90,7 @@ def _workers(process: subprocess.Popen[str]) -> list[int]:
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_and_a_bad_photo_cost_no_other(photos: Path, out: Path) -> None:
-    (photos / "bad.png").write_bytes(b"no photo either")
+    (photos / "bad.png").write_bytes(1000 * b"no photo either")  # the largest comes first
     with _batch(photos, out, "--jobs", "2", "--retry", "1", *LONGER) as process:
         # Wait for the record of the bad photo, so that its worker is not the victim.
         wait_for(lambda: len({record["error"] is None for record in _records(out).values()}) == 2, process)
@@ -184,11 +184,11 @@ def engine(monkeypatch: pytest.MonkeyPatch) -> InProcess:
 
 
 def _done(engine: InProcess, *arguments: object) -> list[str]:
-    """Run a batch that succeeds; return the photos that it did."""
+    """Run a batch that succeeds; return the photos that it did, by name."""
     engine.seen = []
     result = invoke("batch", *arguments)
     assert result.exit_code == 0, result.output
-    return engine.seen
+    return sorted(engine.seen)  # the largest came first
 
 
 def test_what_is_done_is_not_done_again_until_it_changes(photos: Path, out: Path, engine: InProcess) -> None:
@@ -245,7 +245,7 @@ def test_two_photos_of_one_name_fail_and_the_others_do_not(photos: Path, out: Pa
     _write_photos(photos, "p1.jpg")
     result = invoke("batch", photos, out, *QUICK)
     assert result.exit_code == 1
-    assert engine.seen == ["p0.png", "p2.png", "p3.png"]
+    assert sorted(engine.seen) == ["p0.png", "p2.png", "p3.png"]
     errors = {name: record["error"] for name, record in _records(out).items() if record["error"]}
     assert sorted(errors) == ["p1.jpg", "p1.png"]
     assert "--keep-suffix" in errors["p1.jpg"]
@@ -295,6 +295,14 @@ def test_names_of_svgs() -> None:
     names = ["a.PNG", "b/c.d.jpeg", "notes.txt", "svg", "e.svg"]
     assert [job.output for job in find_jobs(names)] == ["a.svg", "b/c.d.svg"]
     assert [job.output for job in find_jobs(names, ".svgz", keep_suffix=True)] == ["a.PNG.svgz", "b/c.d.jpeg.svgz"]
+
+
+def test_the_largest_photos_come_first_and_a_missing_one_does_no_harm(tmp_path: Path) -> None:
+    for name, size in (("a.png", 100), ("b.png", 900), ("c.png", 100)):
+        (tmp_path / name).write_bytes(bytes(size))
+    jobs = longest_first(find_jobs(["a.png", "b.png", "c.png", "gone.png"]), LocalFolder(tmp_path))
+    assert [job.input for job in jobs] == ["b.png", "a.png", "c.png", "gone.png"]
+    assert jobs[0].effort == 3.0 * jobs[1].effort
 
 
 def test_a_key_tells_photos_and_settings_apart_and_no_threads(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from statistics import fmean
@@ -21,31 +21,75 @@ from warpvec.batch.journal import Record
 from warpvec.checks import counted, in_one_line
 from warpvec.config.modes import MODES
 
+_SMOOTHING = 0.2
+"""Share by which each photo that ends moves the expected end: a long photo among short ones moves it little."""
+
 
 @dataclass
 class Tally:
-    """The results of a batch so far. ``skipped`` counts the photos that were done before it."""
+    """The results of a batch so far.
+
+    Attributes:
+        skipped: number of photos that were done before it.
+        total: number of the others.
+        started: when it began, by the clock `time.monotonic`.
+        records: those of the photos that have ended.
+        efforts: expected time of the work on photos, by name, in any unit; 1 for those that are not named.
+    """
 
     skipped: int
     total: int
     started: float = field(default_factory=time.monotonic)
     records: list[Record] = field(default_factory=list)
+    efforts: Mapping[str, float] = field(default_factory=dict)
+    _counted: int = 0
+    """Number of records that the fields below know."""
+    _tried: int = 0
+    _tried_effort: float = 0.0
+    _end: float | None = None
 
     @property
     def failed(self) -> list[Record]:
         """The records of the photos that failed."""
         return [record for record in self.records if record.error is not None]
 
-    def pace(self) -> str:
-        """Return the number of finished photos and the time that the others will take, as text.
+    def share(self) -> float:
+        """Return the share of the work that is done."""
+        whole = self._whole()
+        return 1.0 - self._left() / whole if whole else 1.0
 
-        Photos that were refused before any attempt took no time. The estimate leaves them out.
+    def pace(self) -> str:
+        """Return the number of finished photos, their pace, and the time that the others will take, as text.
+
+        Photos that were refused before any attempt took no time. The pace leaves them out.
         """
-        done, seconds = len(self.records), time.monotonic() - self.started
-        tried = sum(record.attempts > 0 for record in self.records)
-        left = f", {seconds / tried * (self.total - done):.0f} s left" if tried and done < self.total else ""
-        failures = f", {len(self.failed)} failed" if self.failed else ""
-        return f"{done} of {self.total}{failures}{left}"
+        now, done = time.monotonic(), len(self.records)
+        self._count(now)
+        parts = [f"{done} of {self.total}"]
+        parts += [f"{len(self.failed)} failed"] if self.failed else []
+        if self._tried and done < self.total and self._end is not None:
+            rate = self._tried / max(now - self.started, 1e-3)
+            parts.append(f"{rate:.1f} a second" if rate >= 1.0 else f"{60.0 * rate:.1f} a minute")
+            left = max(self._end - now, 0.0)
+            parts.append(f"{left:.0f} s left" if left < 120.5 else f"{left / 60.0:.0f} min left")
+        return ", ".join(parts)
+
+    def _count(self, now: float) -> None:
+        """Take new records into account."""
+        new = self.records[self._counted :]
+        tried = [self.efforts.get(record.input, 1.0) for record in new if record.attempts > 0]
+        self._counted += len(new)
+        self._tried, self._tried_effort = self._tried + len(tried), self._tried_effort + sum(tried)
+        if tried:
+            end = now + (now - self.started) * self._left() / self._tried_effort
+            known = end if self._end is None else self._end
+            self._end = known + max(_SMOOTHING, 1.0 / self._tried) * (end - known)
+
+    def _whole(self) -> float:
+        return sum(self.efforts.values()) + self.total - len(self.efforts)
+
+    def _left(self) -> float:
+        return self._whole() - sum(self.efforts.get(record.input, 1.0) for record in self.records)
 
     def facts(self) -> dict[str, Any]:
         """Return the counts, the seconds, and the modes and the mean PSNR of the new files, as plain values for JSON.
@@ -158,5 +202,5 @@ class _Table(View):
         table.add_column(ratio=2, no_wrap=True)
         for name, state in list(self._states.items()):
             table.add_row(Text(in_one_line(name)), Text(in_one_line(state)))
-        table.add_row(ProgressBar(self._tally.total, len(self._tally.records)), Text(self._tally.pace()))
+        table.add_row(ProgressBar(1.0, self._tally.share()), Text(self._tally.pace()))
         return table

@@ -63,6 +63,13 @@ class LocalFolder:
         """Return whether there is a file ``name``."""
         return os.path.isfile(self._path / name)  # unlike pathlib, it takes a name that is too long
 
+    def size(self, name: str) -> int:
+        """Return the number of bytes of the file ``name``; 0 if it is not known."""
+        try:
+            return os.stat(self._path / name).st_size
+        except OSError:
+            return 0
+
     def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
         """Return the bytes of the file ``name``.
 
@@ -178,6 +185,10 @@ class RemoteFolder:
     def exists(self, name: str) -> bool:
         """Return whether there is a file ``name``."""
         return bool(self._root[0].isfile(self._path(name)))
+
+    def size(self, name: str) -> int:
+        """Return 0: a store would be asked for each file."""
+        return 0
 
     def read(self, name: str, limit: int = MAX_FILE_BYTES) -> bytes:
         """Return the bytes of the file ``name``."""

@@ -35,6 +35,8 @@ class PhotoJob:
     output: str
     error: str | None = None
     """The reason in one line why the job cannot be done; None if it can."""
+    effort: float = 1.0
+    """Expected time of the work, in any unit."""
 
 
 # Finding the jobs
@@ -93,6 +95,16 @@ def _is_recorded(job: PhotoJob, work: Vectorize, journal: Journal) -> bool:
         return record.key == work.key(work.source.read(job.input, MAX_IMAGE_BYTES))
     except (InputError, OSError):  # the worker will report it
         return False
+
+
+def longest_first(jobs: Sequence[PhotoJob], source: Folder) -> list[PhotoJob]:
+    """Return ``jobs`` with their expected efforts, the largest first, so that no worker begins a long one at the end.
+
+    The effort is the root of the photo's bytes: from an icon of 6 KB to a photo of 650 KB it grows tenfold, and so does
+    the time. Jobs of equal effort keep their order.
+    """
+    known = [replace(job, effort=math.sqrt(max(source.size(job.input), 1))) for job in jobs]
+    return sorted(known, key=lambda job: -job.effort)
 
 
 # The work on one photo

@@ -32,6 +32,14 @@ def quick_loading() -> Iterator[None]:
             gc.enable()
 
 
+def load_drawing() -> None:
+    """Load what draws pictures, in a process that is kept for many."""
+    with quick_loading():
+        import warpvec.modes.choice
+        import warpvec.modes.flat
+        import warpvec.result  # noqa: F401
+
+
 def end_quickly() -> None:
     """Have Python end this process without a last search for cycles, which takes half a second if torch is loaded.
 

@@ -104,7 +104,7 @@ def measure_condition(pixels: Floats32) -> Condition:
     part = _seen(_window(pixels))
     levels = 255.0 * part.astype(np.float64)
     restored = pixels if enlargement is None else before_enlargement(pixels, enlargement)
-    small = 255.0 * _seen(_window(restored)).astype(np.float64)
+    small = levels if enlargement is None else 255.0 * _seen(_window(restored)).astype(np.float64)
     noise, jpeg = measure_noise(small), find_jpeg(levels)
     palette = find_palette(np.rint(small))
     # JPEG leaves ringing at thin parts, which looks like the rims of a kernel; few colours have none.
@@ -127,12 +127,15 @@ def _undone_reduction(pixels: Floats32, is_enlarged: bool) -> str | None:
     That costs gradients some of their smoothness, which only an enlargement makes up for.
     """
     seen = premultiplied(pixels) if is_transparent(pixels) else pixels
+    found = find_reduction(255.0 * seen.astype(np.float64))
+    if found is None:
+        return None
     areas = find_even_areas(seen)
     is_drawing = areas.is_still.mean() >= CONDITION.still_share_min
     is_plain = is_enlarged or areas.gradient_share <= CONDITION.gradient_max
     if not (is_drawing and is_plain) or unrimmed_pixels(areas) > CONDITION.unrimmed_pixels_max:
         return None
-    return find_reduction(255.0 * seen.astype(np.float64))
+    return found
 
 
 def _seen(pixels: Floats32) -> Floats32:

@@ -155,11 +155,8 @@ class ConditionConstants:
     unrimmed_margin: int = 6
     """Pixels around each part that are looked at with it: twice as far as Lanczos reaches."""
 
-    even_side: int = 3
-    """Side in pixels of a square of one colour."""
-
     even_range: float = 1.5 / 255
-    """Largest range of the values in a square of one colour: rounding may change them by one level."""
+    """Largest range of the values in a square of 3 x 3 pixels of one colour: rounding may change them by one level."""
 
     still_bend: float = 2.1 / 255
     """Largest second difference in a gradient: rounding may change it by two levels."""

@@ -8,14 +8,19 @@ means over pixels have no rim, and cubic and Lanczos kernels overshoot by 3 to 9
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import torch
+import warp as wp
 
 from warpvec.arrays import Floats
 from warpvec.condition.constants import CONDITION
 from warpvec.condition.resampling import KERNELS, Kernel
+from warpvec.kernels.edge_fitting import make_kernels
+from warpvec.rendering.launch import Launcher, as_warp, once_per_thread, start_warp
 
 MEANS = "means"
 
@@ -62,28 +67,6 @@ def _weights(kernel: str, breadth: float) -> Floats:
     return np.asarray(weights / weights.sum())
 
 
-def _edge(kernel: str, angle: Floats, distance: Floats) -> Floats:
-    """Return the levels [N, P] of steps from 0 to 1 at the ``distance`` [N, P] from edges of the ``angle`` [N]."""
-    table, sides = _profiles(kernel), np.abs([np.cos(angle), np.sin(angle)])
-    row = np.arctan2(sides.min(0), sides.max(0)) * (4.0 * _ANGLES / math.pi)
-    above = row.astype(np.int64).clip(0, _ANGLES - 1)[:, None]
-    column = ((distance + _REACH) / _STEP).clip(0.0, len(_PLACES) - 1.001)
-    left = column.astype(np.int64)
-    down, right = row[:, None] - above, column - left
-    first = (1.0 - right) * table[above, left] + right * table[above, left + 1]
-    second = (1.0 - right) * table[above + 1, left] + right * table[above + 1, left + 1]
-    return np.asarray((1.0 - down) * first + down * second)
-
-
-def _drawn(kernel: str, known: Floats) -> tuple[Floats, Floats]:
-    """Return the levels [N, P] of patches with the unknowns ``known`` [5, N], and their share of the second side."""
-    angle, offset, curvature, low, high = known[:, :, None]
-    y, x = _grid()
-    along, across = np.cos(angle) * y - np.sin(angle) * x, np.cos(angle) * x + np.sin(angle) * y
-    share = _edge(kernel, known[0], across - offset - curvature / 2.0 * along**2)
-    return np.asarray(low + (high - low) * share), share
-
-
 @cache
 def _grid() -> tuple[Floats, Floats]:
     reach = CONDITION.patch_reach
@@ -91,25 +74,33 @@ def _grid() -> tuple[Floats, Floats]:
     return y.ravel(), x.ravel()
 
 
-def fit_edges(patches: Floats, kernel: str) -> EdgeFit:
-    """Fit edges of ``kernel`` to ``patches`` [N, side, side] in [0, 255] by damped least squares."""
-    levels = patches.reshape(len(patches), -1)
-    known = _guess(patches)
-    damping = np.full(len(levels), 1e-3)
-    cost = _cost(kernel, known, levels)
-    for _ in range(CONDITION.patch_rounds):
-        tried = known + _move(kernel, known, levels, damping)
-        tried[2] = tried[2].clip(-CONDITION.curvature_max, CONDITION.curvature_max)
-        new = _cost(kernel, tried, levels)
-        is_better = new < cost
-        known, cost = np.where(is_better, tried, known), np.where(is_better, new, cost)
-        damping = np.where(is_better, 0.3 * damping, 5.0 * damping)
-    step = np.abs(known[4] - known[3])
-    return EdgeFit(np.sqrt(cost / levels.shape[1]) / np.maximum(step, CONDITION.step_min), step)
+def fit_edges(patches: Floats, kernels: Iterable[str]) -> dict[str, EdgeFit]:
+    """Fit edges of each of the ``kernels`` to ``patches`` [N, side, side] in [0, 255]."""
+    side, start = patches.shape[1], _guess(patches)
+    levels, cost = np.ascontiguousarray(patches.reshape(len(patches), -1)), np.empty(len(patches))
+    fits = {}
+    for kernel in kernels:
+        known = start.copy()
+        numbers = [CONDITION.patch_rounds, side, CONDITION.curvature_max, _STEP]
+        arrays = [_doubles(each) for each in (_profiles(kernel), levels, known, cost)]
+        _launcher()(make_kernels().fit_edges, len(patches), [*numbers, *arrays])
+        step = np.abs(known[:, 4] - known[:, 3])
+        fits[kernel] = EdgeFit(np.sqrt(cost / levels.shape[1]) / np.maximum(step, CONDITION.step_min), step)
+    return fits
+
+
+@once_per_thread
+def _launcher() -> Launcher:
+    start_warp()
+    return Launcher("cpu", 1)
+
+
+def _doubles(values: Floats) -> Any:
+    return as_warp(torch.from_numpy(values), wp.float64)
 
 
 def _guess(patches: Floats) -> Floats:
-    """Return the first unknowns [5, N] of ``patches``: from their mean slope, and the pixels far from the edge."""
+    """Return the first unknowns [N, 5] of ``patches``: from their mean slope, and the pixels far from the edge."""
     angle = np.arctan2(np.diff(patches, axis=1).sum((1, 2)), np.diff(patches, axis=2).sum((1, 2)))
     y, x = _grid()
     across = np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y
@@ -118,26 +109,4 @@ def _guess(patches: Floats) -> Floats:
     step = np.where(np.abs(high - low) < 1.0, 1.0, high - low)
     share = (high[:, None] - levels).mean(1) / step
     offset = ((share - 0.5) * patches.shape[1]).clip(-2.5, 2.5)
-    return np.array([angle, offset, np.zeros(len(angle)), low, high])
-
-
-def _cost(kernel: str, known: Floats, levels: Floats) -> Floats:
-    """Return the sum [N] of squares of what the unknowns ``known`` [5, N] leave; saved levels are cut off."""
-    return np.asarray(((_drawn(kernel, known)[0].clip(0.0, 255.0) - levels) ** 2).sum(1))
-
-
-def _move(kernel: str, known: Floats, levels: Floats, damping: Floats) -> Floats:
-    """Return the step [5, N] of damped least squares from ``known``."""
-    drawn, share = _drawn(kernel, known)
-    change, slopes = 0.01, []
-    for row in range(3):
-        moved = known.copy()
-        moved[row] += change
-        slopes.append((_drawn(kernel, moved)[0] - drawn) / change)
-    is_open = ((drawn > 0.0) | (levels > 0.5)) & ((drawn < 255.0) | (levels < 254.5))
-    jacobian = np.stack([*slopes, 1.0 - share, share], -1) * is_open[..., None]
-    square = np.einsum("npi,npj->nij", jacobian, jacobian)
-    square += (damping[:, None] * np.einsum("nii->ni", square) + 1e-6)[:, :, None] * np.eye(5)
-    slope = np.einsum("npi,np->ni", jacobian, (drawn.clip(0.0, 255.0) - levels) * is_open)
-    limit = np.array([0.2, 0.5, 0.05, 255.0, 255.0])[:, None]
-    return np.clip(-np.linalg.solve(square, slope[..., None])[..., 0].T, -limit, limit)
+    return np.stack([angle, offset, np.zeros(len(angle)), low, high], 1)

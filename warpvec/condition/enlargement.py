@@ -20,7 +20,7 @@ from scipy.ndimage import median_filter
 
 from warpvec.arrays import Floats
 from warpvec.condition.constants import CONDITION
-from warpvec.condition.resampling import KERNELS, NEAREST, Upsampling
+from warpvec.condition.resampling import KERNELS, NEAREST, Upsampling, upsampling
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Lines:
         """
         is_cut &= self.is_cut_off and kernel in OVERSHOOTING
         if (size, kernel, is_cut) not in self._known:
-            up = Upsampling(self.length, size, kernel)
+            up = upsampling(self.length, size, kernel)
             rest = up.unexplained_of_cut_off(self.rows, *CONDITION.cut_off) if is_cut else up.unexplained(self.rows)
             self._known[size, kernel, is_cut] = rest
         rest = self._known[size, kernel, is_cut]

@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats32, Integers, Mask
 from warpvec.condition.constants import CONDITION
+from warpvec.image.spread import largest_channel, spread
 
 
 class EvenAreas(NamedTuple):
@@ -37,20 +38,12 @@ class EvenAreas(NamedTuple):
 
 def find_even_areas(pixels: Floats32) -> EvenAreas:
     """Return the even areas of ``pixels`` [h, w, C], in [0, 1]."""
-    side = CONDITION.even_side
-    is_even = ndimage.maximum_filter(_range(pixels, side) <= CONDITION.even_range, side)
+    is_even = ndimage.maximum_filter(spread(pixels) <= CONDITION.even_range, 3)
     bend = np.zeros(pixels.shape[:2], np.float32)
-    bend[:, 1:-1] = np.abs(np.diff(pixels, 2, axis=1)).max(2)
-    bend[1:-1] = np.maximum(bend[1:-1], np.abs(np.diff(pixels, 2, axis=0)).max(2))
-    is_straight = ndimage.maximum_filter(bend, side) <= CONDITION.still_bend
+    bend[:, 1:-1] = largest_channel(np.abs(np.diff(pixels, 2, axis=1)))
+    bend[1:-1] = np.maximum(bend[1:-1], largest_channel(np.abs(np.diff(pixels, 2, axis=0))))
+    is_straight = ndimage.maximum_filter(bend, 3) <= CONDITION.still_bend
     return EvenAreas(is_even, is_even | is_straight, _frequent_colors(pixels[is_even]))
-
-
-def _range(pixels: Floats32, side: int) -> Floats32:
-    """Return the largest range of a channel [h, w] in the square of this ``side`` around each pixel."""
-    size = (side, side, 1)
-    found = ndimage.maximum_filter(pixels, size) - ndimage.minimum_filter(pixels, size)
-    return np.asarray(found.max(2))
 
 
 def _frequent_colors(colors: Floats32) -> Floats32:

@@ -21,7 +21,7 @@ def find_reduction(levels: Floats) -> str | None:
     patches = _patches(levels)
     if len(patches) < CONDITION.patches_min or _most_are_plain(levels) or not _may_be_rimmed(patches):
         return None
-    fits = {name: fit_edges(patches, name) for name in REDUCTIONS}
+    fits = fit_edges(patches, REDUCTIONS)
     rest = np.stack([fit.rest for fit in fits.values()])
     is_edge = (rest.min(0) < CONDITION.edge_rest_max) & (fits["lanczos"].step > CONDITION.step_min)
     if is_edge.sum() < CONDITION.patches_min:
@@ -56,14 +56,16 @@ def _most_are_plain(levels: Floats) -> bool:
     """
     plain_count = rimmed_count = 0
     for part in (levels, levels.swapaxes(0, 1)):
-        for way in (1, -1):
-            p = part[:, ::way]
-            far, near, step = p[:, :-5], [p[:, k : -5 + k] for k in (1, 2, 3)], p[:, 5:] - p[:, :-5]
+        count = part.shape[1] - 5
+        y, x, channel = np.nonzero(np.abs(part[:, 5:] - part[:, :count]) >= CONDITION.patch_slope_min)
+        row = [part[y, x + k, channel] for k in range(6)]
+        for far, *near, before, last in (row, row[::-1]):
+            step = last - far
             size = np.abs(step)
-            is_edge = (size >= CONDITION.patch_slope_min) & (np.abs(p[:, 4:-1] - near[2]) >= 0.2 * size)
             # A rim goes away from the other side.
             room = np.where(step > 0, far, 255.0 - far)
-            is_edge &= (room >= CONDITION.rim_max * size) & (np.abs(near[0] - far) <= 1.0)
+            is_edge = (np.abs(before - near[2]) >= 0.2 * size) & (np.abs(near[0] - far) <= 1.0)
+            is_edge &= room >= CONDITION.rim_max * size
             beyond = np.stack([-np.sign(step) * (each - far) for each in near[1:]])
             is_plain = is_edge & (np.abs(beyond) <= 1.0).all(0)
             is_rimmed = is_edge & (beyond[1] > 1.0) & (beyond[1] <= CONDITION.rim_max * size)
@@ -75,7 +77,7 @@ def _most_are_plain(levels: Floats) -> bool:
 def _may_be_rimmed(patches: Floats) -> bool:
     """Return whether edges with rims explain a few of the ``patches`` [N, side, side] better than edges without."""
     few = patches[:: -(-len(patches) // CONDITION.patches_few)]
-    rest = np.stack([fit_edges(few, name).rest for name in (RIMMED[0], MEANS)])
+    rest = np.stack([fit.rest for fit in fit_edges(few, (RIMMED[0], MEANS)).values()])
     rest = rest[:, rest.min(0) < CONDITION.edge_rest_max].clip(0.0, 2.0 * CONDITION.edge_rest_max)
     rimmed, plain = (rest**2).sum(1)
     return bool(rimmed < CONDITION.reduction_share_max**2 * plain)
@@ -98,12 +100,18 @@ def _is_steepest(channel: Floats) -> Mask:
     """Return whether each pixel [h, w] of ``channel`` is at least as steep as its neighbours across the edge."""
     across, down = np.zeros_like(channel), np.zeros_like(channel)
     across[:, 1:-1], down[1:-1] = channel[:, 2:] - channel[:, :-2], channel[2:] - channel[:-2]
-    slope = np.hypot(across, down)
-    y, x = np.nonzero(slope > CONDITION.patch_slope_min)
+    # The slope itself, which takes longer, is found where it may be large enough.
+    y, x = np.nonzero(across * across + down * down > 0.99 * CONDITION.patch_slope_min**2)
+    slope = np.hypot(across[y, x], down[y, x])
+    is_steep = slope > CONDITION.patch_slope_min
+    y, x, slope = y[is_steep], x[is_steep], slope[is_steep]
     angle = np.arctan2(down[y, x], across[y, x])
     right, below = np.rint(np.cos(angle)).astype(np.int64), np.rint(np.sin(angle)).astype(np.int64)
-    padded = np.pad(slope, 1)
-    ahead, behind = padded[y + 1 + below, x + 1 + right], padded[y + 1 - below, x + 1 - right]
+    across, down = np.pad(across, 1), np.pad(down, 1)
+    ahead, behind = (
+        np.hypot(across[rows, columns], down[rows, columns])
+        for rows, columns in ((y + 1 + below, x + 1 + right), (y + 1 - below, x + 1 - right))
+    )
     result = np.zeros(channel.shape, bool)
-    result[y, x] = (slope[y, x] >= ahead) & (slope[y, x] > behind)
+    result[y, x] = (slope >= ahead) & (slope > behind)
     return result

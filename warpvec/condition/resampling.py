@@ -8,7 +8,7 @@ few diagonals.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,3 +125,15 @@ class Upsampling:
             bands[offset] = np.bincount(places.ravel(), products.ravel(), minlength=small)
         bands[0] += CONDITION.ridge * bands[0].mean()
         return cholesky_banded(bands, lower=True, check_finite=False)
+
+
+KEPT_SIDE = 1024
+"""Longest row of pixels whose enlargements are kept: 128 of them take some 20 MB."""
+
+
+def upsampling(large: int, small: int, kernel: str) -> Upsampling:
+    """Return the `Upsampling`, which is kept for the other axis, and for the next picture of a folder of icons."""
+    return _kept(large, small, kernel) if large <= KEPT_SIDE else Upsampling(large, small, kernel)
+
+
+_kept = lru_cache(maxsize=128)(Upsampling)

@@ -33,19 +33,29 @@ def is_transparent(image: NDArray[Any] | Tensor) -> bool:
 
 def over(image: Pixels, matte: float) -> Pixels:
     """Return straight ``image`` [h, w, 4] over the grey ``matte`` [h, w, 3], blended as encoded, as SVG viewers do."""
+    if isinstance(image, np.ndarray):
+        found = np.empty((*image.shape[:-1], 3), image.dtype)
+        _blend(image, matte, found)
+        return found
     color, alpha = image[..., :3], image[..., 3:]
     return color * alpha + (1.0 - alpha) * matte
+
+
+def _blend(image: NDArray[Any], matte: float, found: NDArray[Any]) -> None:
+    """Write `over` to ``found`` [h, w, 3] by planes: NumPy takes four times as long for the few channels of a pixel."""
+    alpha = image[..., 3]
+    behind = (1.0 - alpha) * matte
+    for channel in range(3):
+        found[..., channel] = image[..., channel] * alpha + behind
 
 
 def over_mattes(image: NDArray[Any]) -> NDArray[Any]:
     """Return straight ``image`` [h, w, 4] over each of ``MATTES``, side by side [h, w, 6]; an opaque one as it is."""
     if not is_transparent(image):
         return image
-    alpha, found = image[..., 3], np.empty((*image.shape[:2], 3 * len(MATTES)), image.dtype)
+    found = np.empty((*image.shape[:2], 3 * len(MATTES)), image.dtype)
     for number, matte in enumerate(MATTES):
-        behind = (1.0 - alpha) * matte
-        for channel in range(3):  # by planes: NumPy takes four times as long for the few channels of each pixel
-            found[..., 3 * number + channel] = image[..., channel] * alpha + behind
+        _blend(image, matte, found[..., 3 * number : 3 * number + 3])
     return found
 
 
@@ -58,7 +68,8 @@ def from_mattes(image: NDArray[Any]) -> NDArray[Any]:
 def premultiplied(image: Pixels) -> Pixels:
     """Return straight ``image`` [h, w, 4] with its colours multiplied by alpha."""
     result = image + 0.0
-    result[..., :3] *= image[..., 3:]
+    for channel in range(3):  # by planes, as in `_blend`
+        result[..., channel] *= image[..., 3]
     return result
 
 

@@ -9,6 +9,7 @@ Importing this module has a side effect: in every process that is then forked fr
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import os
 import threading
@@ -214,7 +215,10 @@ class _Command:
     def update(self, arguments: list[Any]) -> None:
         for index, (before, now) in enumerate(zip(self._arguments, arguments, strict=True)):
             if before is not now:
-                self._launch.set_param_at_index(index + 1, now)
+                if isinstance(now, ctypes.Structure):  # a descriptor of an array, which needs no packing
+                    self._launch.set_param_at_index_from_ctype(index + 1, now)
+                else:
+                    self._launch.set_param_at_index(index + 1, now)
                 self._arguments[index] = now
 
     def run(self, first: int, item_count: int) -> None:

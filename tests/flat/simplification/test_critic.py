@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 import torch
@@ -26,6 +29,21 @@ def _scene() -> Scene:
 
 def _critic(scene: Scene) -> Critic:
     return Critic(picture(scene), FitConfig(threads=1))
+
+
+def test_the_memory_of_a_drawing_is_free_without_a_search_for_circles() -> None:
+    """A folder is drawn by few processes, which would grow with each picture."""
+    critic, was_enabled = _critic(_scene()), gc.isenabled()
+    critic.error(_scene())
+    critic.samples(_scene())
+    buffers = weakref.ref(critic.target)
+    gc.disable()
+    try:
+        del critic
+        assert buffers() is None
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def test_a_drawing_is_no_error_against_its_own_picture_and_a_lost_path_is_its_area() -> None:

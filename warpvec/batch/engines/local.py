@@ -6,7 +6,7 @@ job when its pipe closes: no worker outlives the process of the batch, even if t
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -33,16 +33,25 @@ class LocalEngine:
         jobs: number of workers; None for one per GPU or, on the CPU, as many as the cores have room for. At
             most four per core are started.
         retries: number of further attempts at a job that failed or whose worker died.
+        prepare: what each worker calls first, such as imports; it can be pickled.
     """
 
-    def __init__(self, devices: Sequence[str], threads: int | None, jobs: int | None, retries: int) -> None:
+    def __init__(
+        self,
+        devices: Sequence[str],
+        threads: int | None,
+        jobs: int | None,
+        retries: int,
+        prepare: Callable[[], None] | None = None,
+    ) -> None:
         self._devices, self._threads, self._jobs, self._retries = devices, threads, jobs, retries
+        self._prepare = prepare
 
     def run(self, jobs: Sequence[J], work: Work[J, R], notify: Notify) -> Generator[Outcome[J, R], None, None]:
         """Yield the outcome of every job as it ends; see `base.Engine`."""
         queue = Queue(jobs, self._retries, notify)
         shares = machine_shares(self._devices, self._threads, self._jobs, len(jobs))
-        workers = [_Worker(work, share, notify) for share in shares]
+        workers = [_Worker(work, share, notify, self._prepare) for share in shares]
         try:
             while queue.unfinished:
                 for worker in workers:
@@ -69,8 +78,10 @@ def machine_shares(devices: Sequence[str], threads: int | None, jobs: int | None
 class _Worker(Generic[J, R]):
     """A worker process and its current attempt, as the process of the batch sees them."""
 
-    def __init__(self, work: Work[J, R], share: WorkerShare, notify: Notify) -> None:
-        self._arguments, self._notify = (work, share), notify
+    def __init__(
+        self, work: Work[J, R], share: WorkerShare, notify: Notify, prepare: Callable[[], None] | None
+    ) -> None:
+        self._arguments, self._notify = (prepare, work, share), notify
         self._attempt: JobAttempt[J] | None = None
         self._process: SpawnProcess | None = None
 
@@ -149,8 +160,10 @@ class _PipeClosed(BaseException):
     """The starting process has closed the pipe. Not an Exception, so that no handler takes it for a failed job."""
 
 
-def _serve(connection: Connection, work: Work[J, R], share: WorkerShare) -> None:
-    """Do the jobs that arrive through ``connection`` until it closes."""
+def _serve(connection: Connection, prepare: Callable[[], None] | None, work: Work[J, R], share: WorkerShare) -> None:
+    """Prepare, and do the jobs that arrive through ``connection`` until it closes."""
+    if prepare is not None:
+        prepare()
 
     def send(message: object) -> None:
         try:

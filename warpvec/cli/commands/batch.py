@@ -83,14 +83,17 @@ def _engine(config: FitConfig, options: dict[str, Any]) -> Engine:
         from warpvec.batch.engines.ray import RayEngine
 
         return RayEngine(config.device, config.threads or 1, count, retries, options["ray_address"])
-    from warpvec.batch.engines.local import LocalEngine
-    from warpvec.rendering.devices import gpu_count
-    from warpvec.rendering.launch import resolve_device
+    from warpvec.cli.loading import load_drawing, quick_loading
+
+    with quick_loading():
+        from warpvec.batch.engines.local import LocalEngine
+        from warpvec.rendering.devices import gpu_count
+        from warpvec.rendering.launch import resolve_device
 
     device = resolve_device(config.device)
     every_gpu = config.device == "auto" and device != "cpu"
     devices = [f"cuda:{k}" for k in range(gpu_count())] if every_gpu else [device]
-    return LocalEngine(devices, config.threads, count, retries)
+    return LocalEngine(devices, config.threads, count, retries, load_drawing)
 
 
 def _run(
@@ -98,14 +101,15 @@ def _run(
 ) -> tuple[Tally, bool]:
     """Run the batch; return its results and whether a signal ended it. The records are kept either way."""
     from warpvec.batch.console import Tally, show_batch
-    from warpvec.batch.jobs import remaining, run_batch
+    from warpvec.batch.jobs import longest_first, remaining, run_batch
     from warpvec.batch.journal import Journal
 
     with raised_interrupts(), work.target.lock(), closing(Journal(work.target)) as journal:
-        left = remaining(jobs, work, journal, skip_existing=skip_existing)
+        left = longest_first(remaining(jobs, work, journal, skip_existing=skip_existing), work.source)
         if left:
             work.target.check_room()
-        tally = Tally(skipped=len(jobs) - len(left), total=len(left))
+        efforts = {job.input: job.effort for job in left}
+        tally = Tally(skipped=len(jobs) - len(left), total=len(left), efforts=efforts)
         try:
             with (
                 show_batch(sys.stderr, tally, quiet=quiet) as view,

@@ -57,7 +57,7 @@ class Critic:
 
         That of a blurred picture is raised to what the same moves of outlines would cause in a sharp one.
         """
-        return self._errors.of(scene)
+        return self._errors.of(scene, self._error_of)
 
     def removal_costs(self, scene: Scene) -> Floats:
         """Return the rise of the squared error, summed over pixels and channels, without each path [N]."""
@@ -67,7 +67,7 @@ class Critic:
 
     def samples(self, scene: Scene) -> OutlineSamples:
         """Return points along the outlines of ``scene``, with how well the picture shows them."""
-        return self._samples.of(scene)
+        return self._samples.of(scene, self._samples_of)
 
     def tension(self, scene: Scene) -> Tensor | None:
         """Return the tension of the segments of ``scene`` [R] for a fit; see `warpvec.polish.tension`. None for none.
@@ -81,13 +81,20 @@ class Critic:
 
     @cached_property
     def _errors(self) -> _Latest[Floats32]:
+        return _Latest()
+
+    def _error_of(self, scene: Scene) -> Floats32:
         share = 1.0 if self.target.blur is None else self.target.blur.edge_share
-        return _Latest(lambda scene: (self.target.squared_error(scene) / share).numpy())
+        found: Floats32 = (self.target.squared_error(scene) / share).numpy()
+        return found
 
     @cached_property
     def _samples(self) -> _Latest[OutlineSamples]:
+        return _Latest()
+
+    def _samples_of(self, scene: Scene) -> OutlineSamples:
         height, width = self.image.shape[:2]
-        return _Latest(lambda scene: self._with_doubt(sample_outlines(scene, height, width, self.config.threads)))
+        return self._with_doubt(sample_outlines(scene, height, width, self.config.threads))
 
     def _with_doubt(self, samples: OutlineSamples) -> OutlineSamples:
         """Return ``samples`` with the moves that the picture does not tell from its noise.
@@ -138,19 +145,19 @@ class Critic:
 
 
 class _Latest(Generic[T]):
-    """What ``find`` says of a scene. The last answers are kept: a stage often begins with the scene of the one before.
+    """What was found of the last scenes: a stage often begins with the scene of the one before.
 
-    Nobody may change a scene, or an answer.
+    Nobody may change a scene, or an answer. The function that finds it is given each time: one that is kept would hold
+    its owner, which holds this, and all the memory of the drawing until Python looks for such circles.
     """
 
-    def __init__(self, find: Callable[[Scene], T]) -> None:
-        self._find = find
+    def __init__(self) -> None:
         self._known: deque[tuple[Scene, T]] = deque(maxlen=2)
 
-    def of(self, scene: Scene) -> T:
+    def of(self, scene: Scene, find: Callable[[Scene], T]) -> T:
         for known, found in self._known:
             if known is scene:
                 return found
-        found = self._find(scene)
+        found = find(scene)
         self._known.append((scene, found))
         return found

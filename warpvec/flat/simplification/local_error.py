@@ -41,7 +41,11 @@ def errors_in_boxes(error: Floats32, low: Floats, high: Floats) -> Floats:
 
 def summed(error: Floats32) -> Floats:
     """Return the sum of ``error`` [h, w] above and to the left of each corner of a pixel [h + 1, w + 1]."""
-    return np.pad(error.astype(np.float64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    sums = np.zeros((error.shape[0] + 1, error.shape[1] + 1))
+    inner = sums[1:, 1:]
+    np.cumsum(error, 0, np.float64, inner)
+    np.cumsum(inner, 1, out=inner)
+    return sums
 
 
 def sums_in_boxes(sums: Floats, low: Floats, high: Floats) -> Floats:
