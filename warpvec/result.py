@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from warpvec.checks import counted
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.world_file import placing
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.drawing.not_kept import not_kept
@@ -192,7 +193,9 @@ class Result:
     def target(self) -> Target:
         """What writers need to know beside the SVG."""
         options = self.encoding.options
-        return Target(self.canvas, options.dxf_splines, self.has_center_lines, per_inch=options.per_inch or 96.0)
+        world = None if options.world_file is None else placing("world_file", options.world_file)
+        per_inch = options.per_inch or 96.0
+        return Target(self.canvas, options.dxf_splines, self.has_center_lines, per_inch=per_inch, world=world)
 
     @property
     def has_center_lines(self) -> bool:

@@ -10,6 +10,7 @@ from warpvec.config.fit_config import RESULT
 from warpvec.config.kinds import Choice, Custom, Flag, parse_text
 from warpvec.config.palette import parse_palette
 from warpvec.config.setting import setting, settings_of
+from warpvec.config.world_file import check_world_file, parse_world_file
 from warpvec.errors import InputError
 from warpvec.purposes.table import PURPOSES
 from warpvec.svg.on_pages import DARKEST, check_id
@@ -70,6 +71,13 @@ class FileOptions:
     )  # fmt: skip
     """What a stroke is in files for cutters: both its edges, or its centre line. "auto" takes the centre line for pens:
     in the mode lines, and for the purpose "pen"."""
+
+    world_file: str | None = setting(
+        None, Custom(check_world_file, parse_world_file, "FILE", "six numbers", "str | Sequence[float]"),
+        "GeoJSON: place it on the map by this world file, such as map.pgw.", RESULT,
+    )  # fmt: skip
+    """The numbers A, D, B, E, C, F of a world file, with which a GeoJSON file has the coordinates of the map; None for
+    pixels. A command gets the name of the file. See `warpvec.config.world_file.placing`."""
 
     ppi: str = setting(
         "mm", Choice(("mm", "96", "72")),
