@@ -109,6 +109,11 @@ PROGRAMS = {
         'soffice -env:UserInstallation=file://{folder}/profile --headless --convert-to png:draw_png_Export:{{"PixelWidth":{{"type":"long","value":"{page_w}"}},"PixelHeight":{{"type":"long","value":"{page_h}"}}}} --outdir {folder} {svg}',
         purpose="plain", times=4, margin=1.0,
     ),
+    "LibreOffice's PDF": Program(
+        "command", "pymupdf==2.0",
+        "soffice -env:UserInstallation=file://{folder}/profile --headless --convert-to pdf:draw_pdf_Export --outdir {folder} {svg}",
+        purpose="plain", times=2, margin=1.0,
+    ),
     "sharp": Program(
         "node", "sharp@0.35.5",
         "require('sharp')(svg, {density: 72 * scale}).resize(w, h).flatten({background: 'white'}).png().toFile(out)",
@@ -239,12 +244,10 @@ def picture_of(
                 image = image.convert("RGBA")
                 white = Image.new("RGBA", image.size, "white")
                 drawn = Image.alpha_composite(white, image).convert("RGB")
-            if program.times > 1:
+            if program.margin:
                 x, y = ((side - program.times * own) // 2 for side, own in zip(page, size, strict=True))
-                box = (x, y, x + program.times * size[0], y + program.times * size[1])
-                drawn = drawn.crop(box).reduce(program.times)
-            drawn = drawn.resize(size)
-            return np.asarray(drawn)
+                drawn = drawn.crop((x, y, x + program.times * size[0], y + program.times * size[1]))
+            return np.asarray(drawn.reduce(program.times).resize(size))
         except (subprocess.SubprocessError, OSError):
             return None
 
@@ -302,6 +305,6 @@ def _draw_page(name: str, values: dict[str, object], environment: Path) -> None:
 
 
 def _draw_pdf(values: dict[str, object], environment: Path) -> None:
-    """Draw a PDF by MuPDF as a PNG in its place."""
+    """Draw a PDF by MuPDF as a PNG of the size of its page, in its place."""
     code = "import sys, pymupdf; out, w, h = sys.argv[1], *map(float, sys.argv[2:]); p = pymupdf.open(stream=open(out, 'rb').read(), filetype='pdf')[0]; r = p.rect; p.get_pixmap(matrix=pymupdf.Matrix(w / r.width, h / r.height)).save(out)"
-    _run([str(environment / "bin" / "python"), "-c", code, *(str(values[key]) for key in ("out", "w", "h"))])
+    _run([str(environment / "bin" / "python"), "-c", code, *(str(values[key]) for key in ("out", "page_w", "page_h"))])

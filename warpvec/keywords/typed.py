@@ -172,6 +172,8 @@ class Keywords(TypedDict, total=False):
     """Write paths only, no circles, ellipses or rectangles."""
     no_dashes: bool
     """Write each dash of a dashed line as a line, for cutters and pens."""
+    line_width_min: float
+    """Say so if strokes are thinner, in pixels of the picture."""
     dxf_splines: bool
     """DXF: write curves as splines, not as arcs."""
     dxf_strokes: Literal["auto", "edges", "center"]
