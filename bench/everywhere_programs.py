@@ -38,7 +38,7 @@ class Program:
         purpose: the value of ``--for`` that suits the program best.
         suffix: of the file that it draws.
         times: how many times the size its picture has, which is reduced by means: its edges are not all smooth.
-        margin: pixels of the drawing by which its page is longer and wider, half on each side.
+        margin: most pixels of the drawing by which its page is longer and wider, half on each side.
     """
 
     kind: str
@@ -245,11 +245,18 @@ def picture_of(
                 white = Image.new("RGBA", image.size, "white")
                 drawn = Image.alpha_composite(white, image).convert("RGB")
             if program.margin:
-                x, y = ((side - program.times * own) // 2 for side, own in zip(page, size, strict=True))
-                drawn = drawn.crop((x, y, x + program.times * size[0], y + program.times * size[1]))
-            return np.asarray(drawn.reduce(program.times).resize(size))
+                drawn = _without_margin(drawn, round(program.times * scale * program.margin) // 2)
+            return np.asarray(drawn.resize(size, Image.Resampling.BOX if program.times > 1 else None))
         except (subprocess.SubprocessError, OSError):
             return None
+
+
+def _without_margin(image: Image.Image, margin: int) -> Image.Image:
+    """Return ``image`` without a white ``margin`` in pixels, which drawings that reach beyond their canvas have not."""
+    ring = np.ones(image.size[::-1], bool)
+    ring[margin:-margin, margin:-margin] = False
+    is_white = (np.asarray(image)[ring] >= 250).all()
+    return image.crop((margin, margin, image.width - margin, image.height - margin)) if is_white else image
 
 
 def _run(words: list[str], **options: object) -> bytes:
