@@ -86,6 +86,23 @@ _CARD = f"""<defs><filter id="b" x="-30%" y="-40%" width="160%" height="180%" co
 <rect fill="#fff" x="40" y="48" width="176" height="144" rx="16"/><circle fill="#06c" cx="80" cy="92" r="20"/>
 <path fill="#333" d="M112 80h80v8h-80zm0 20h60v8h-60z"/><path fill="#c22" d="M60 140h136v28h-136z"/>"""
 
+_GRID = 24
+"""Units of the grid of an icon, along its side."""
+
+_ICON = """<rect width="24" height="24" fill="#eee"/><rect fill="#06c" x="2" y="4" width="20" height="17" rx="3"/><circle fill="#fff" cx="12" cy="13" r="5"/>
+<path fill="#c22" d="M12 9.5a3.5 3.5 0 0 1 3.5 3.5h-2a1.5 1.5 0 0 0-1.5-1.5z"/><path fill="#333" d="M8 2h8l2 4h-12z"/>
+<ellipse fill="#fc0" cx="19" cy="7.5" rx="1.5" ry=".75"/>"""
+
+_LINE_ICON = """<rect width="24" height="24" fill="#eee"/><g fill="none" stroke="#333" stroke-width="2" stroke-linecap="round" stroke-linejoin="round">
+<path d="M3 7h4l2-3h6l2 3h4v13h-18z"/><circle cx="12" cy="13" r="4"/><path d="M16 20c2-3 4-2 5-6"/></g>"""
+
+
+def _on_grid(body: str) -> str:
+    """Return the file of an icon that was found to lie on a grid of ``_GRID`` units."""
+    loaded = read_svg(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_GRID} {_GRID}">{body}</svg>')
+    sides = (str(SIDE), str(SIDE))
+    return write_svg(loaded.scene, _GRID, _GRID, precision=4, title="drawing", sides=sides)
+
 
 def _photo() -> str:
     """Return what a photo has: translucent blobs from large to small, every fifth one soft, over a sky and a ground."""
@@ -138,6 +155,8 @@ FILES: dict[str, Callable[[], str]] = {
     "strokes": lambda: _layered(_GROUND + _STROKES),
     "gradients": lambda: _layered(_GRADIENTS),
     "gradients on strokes": lambda: _layered(_STROKED_GRADIENTS),
+    "grid": lambda: _on_grid(_ICON),
+    "grid strokes": lambda: _on_grid(_LINE_ICON),
     "soft": lambda: _layered(_SOFT),
     "card": lambda: _layered(_CARD),
     "photo": lambda: _short(_photo()),

@@ -37,6 +37,8 @@ class Program:
         code: for "command" its words, with ``{svg}`` in braces; for "page" an expression of a promise of base64.
         purpose: the value of ``--for`` that suits the program best.
         suffix: of the file that it draws.
+        times: how many times the size its picture has, which is reduced by means: its edges are not all smooth.
+        margin: most pixels of the drawing by which its page is longer and wider, half on each side.
     """
 
     kind: str
@@ -44,6 +46,8 @@ class Program:
     code: str
     purpose: str = "web"
     suffix: str = ".svg"
+    times: int = 1
+    margin: float = 0.0
 
 
 _CANVAS = "const c = document.createElement('canvas'); c.width = w; c.height = h; const base64 = () => c.toDataURL('image/png').split(',')[1];"
@@ -101,9 +105,14 @@ PROGRAMS = {
         purpose="plain",
     ),
     "LibreOffice": Program(
+        "command", "",
+        'soffice -env:UserInstallation=file://{folder}/profile --headless --convert-to png:draw_png_Export:{{"PixelWidth":{{"type":"long","value":"{page_w}"}},"PixelHeight":{{"type":"long","value":"{page_h}"}}}} --outdir {folder} {svg}',
+        purpose="plain", times=4, margin=1.0,
+    ),
+    "LibreOffice's PDF": Program(
         "command", "pymupdf==2.0",
         "soffice -env:UserInstallation=file://{folder}/profile --headless --convert-to pdf:draw_pdf_Export --outdir {folder} {svg}",
-        purpose="plain",
+        purpose="plain", times=2, margin=1.0,
     ),
     "sharp": Program(
         "node", "sharp@0.35.5",
@@ -222,6 +231,9 @@ def picture_of(
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / (svg.stem + ".png")
         values = {"svg": str(svg), "out": str(out), "w": size[0], "h": size[1], "scale": scale, "folder": folder}
+        program = PROGRAMS[name]
+        page = [round(program.times * (side + scale * program.margin)) for side in size]
+        values |= {"page_w": page[0], "page_h": page[1]}
         try:
             _draw(name, values, environment)
             if (printed := out.with_suffix(".pdf")).exists():
@@ -231,10 +243,20 @@ def picture_of(
             with Image.open(out) as image:
                 image = image.convert("RGBA")
                 white = Image.new("RGBA", image.size, "white")
-                drawn = Image.alpha_composite(white, image).convert("RGB").resize(size)
-            return np.asarray(drawn)
+                drawn = Image.alpha_composite(white, image).convert("RGB")
+            if program.margin:
+                drawn = _without_margin(drawn, round(program.times * scale * program.margin) // 2)
+            return np.asarray(drawn.resize(size, Image.Resampling.BOX if program.times > 1 else None))
         except (subprocess.SubprocessError, OSError):
             return None
+
+
+def _without_margin(image: Image.Image, margin: int) -> Image.Image:
+    """Return ``image`` without a white ``margin`` in pixels, which drawings that reach beyond their canvas have not."""
+    ring = np.ones(image.size[::-1], bool)
+    ring[margin:-margin, margin:-margin] = False
+    is_white = (np.asarray(image)[ring] >= 250).all()
+    return image.crop((margin, margin, image.width - margin, image.height - margin)) if is_white else image
 
 
 def _run(words: list[str], **options: object) -> bytes:
@@ -290,6 +312,6 @@ def _draw_page(name: str, values: dict[str, object], environment: Path) -> None:
 
 
 def _draw_pdf(values: dict[str, object], environment: Path) -> None:
-    """Draw a PDF by MuPDF as a PNG in its place. LibreOffice's page is up to a point larger than its drawing."""
-    code = "import sys, pymupdf; out, w, h, scale = sys.argv[1], *map(float, sys.argv[2:]); p = pymupdf.open(stream=open(out, 'rb').read(), filetype='pdf')[0]; r, x, y = p.rect, 0.75 * w / scale, 0.75 * h / scale\nif 0.0 < r.width - x < 1.0 and 0.0 < r.height - y < 1.0: p.set_cropbox(pymupdf.Rect((r.width - x) / 2, (r.height - y) / 2, (r.width + x) / 2, (r.height + y) / 2)); r = p.rect\np.get_pixmap(matrix=pymupdf.Matrix(w / r.width, h / r.height)).save(out)"
-    _run([str(environment / "bin" / "python"), "-c", code, *(str(values[key]) for key in ("out", "w", "h", "scale"))])
+    """Draw a PDF by MuPDF as a PNG of the size of its page, in its place."""
+    code = "import sys, pymupdf; out, w, h = sys.argv[1], *map(float, sys.argv[2:]); p = pymupdf.open(stream=open(out, 'rb').read(), filetype='pdf')[0]; r = p.rect; p.get_pixmap(matrix=pymupdf.Matrix(w / r.width, h / r.height)).save(out)"
+    _run([str(environment / "bin" / "python"), "-c", code, *(str(values[key]) for key in ("out", "page_w", "page_h"))])

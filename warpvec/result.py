@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from warpvec.checks import counted
 from warpvec.config.fit_config import FitConfig
+from warpvec.config.world_file import placing
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.drawing.not_kept import not_kept
@@ -37,6 +38,10 @@ from warpvec.writers.saved import Saved, losses, saved
 from warpvec.writers.writer import Canvas, Target
 
 __all__ = ["Result"]
+
+
+_WIDTH_ERROR = 0.005
+"""Pixels by which a stroke may be thinner than wanted: half of the last decimal of its width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +197,9 @@ class Result:
     def target(self) -> Target:
         """What writers need to know beside the SVG."""
         options = self.encoding.options
-        return Target(self.canvas, options.dxf_splines, self.has_center_lines, per_inch=options.per_inch or 96.0)
+        world = None if options.world_file is None else placing("world_file", options.world_file)
+        per_inch = options.per_inch or 96.0
+        return Target(self.canvas, options.dxf_splines, self.has_center_lines, per_inch=per_inch, world=world)
 
     @property
     def has_center_lines(self) -> bool:
@@ -237,13 +244,15 @@ class Result:
         ``threads`` is the largest number of CPU threads, None on a GPU. ``unchanged`` tells if the file is the given
         one as it came in. ``bytes`` and ``gzip_bytes`` are sizes of the SVG text, plain and gzipped. ``levels`` lists
         ``curves`` and ``psnr`` of each prefix of the layers, after a fit with ``lod``. ``goal`` holds the facts about
-        the goal. Drawings in the mode lines also have ``lines``, ``line_widths``, ``wide_areas`` and ``pen_up``: see
-        `warpvec.modes.lines`. ``condition`` has what had happened to the picture, and ``condition_words`` says it;
-        they are None if nobody looked, and the words also if nothing had. ``not_kept`` says what of the picture the
-        drawing could not keep, by names such as "noise" and "shades". ``replaced`` lists in words what the file draws
-        by other means, because it may not use more for its ``purpose``. ``psnr_as_fitted`` compares the file with the
-        picture as it was before its enlargement, if that was fitted. If the picture is blurred, and its drawing is
-        not, ``blur_undone`` is the deviation in pixels, and ``psnr_as_fitted`` blurs the file as the picture is.
+        the goal. ``thin_strokes`` counts those below ``line_width_min``, and ``thinnest_stroke`` is the width of the
+        thinnest, if there are any. Drawings in the mode lines also have ``lines``, ``line_widths``, ``wide_areas`` and
+        ``pen_up``: see `warpvec.modes.lines`. ``condition`` has what had happened to the picture, and
+        ``condition_words`` says it; they are None if nobody looked, and the words also if nothing had. ``not_kept``
+        says what of the picture the drawing could not keep, by names such as "noise" and "shades". ``replaced`` lists
+        in words what the file draws by other means, because it may not use more for its ``purpose``. ``psnr_as_fitted``
+        compares the file with the picture as it was before its enlargement, if that was fitted. If the picture is
+        blurred, and its drawing is not, ``blur_undone`` is the deviation in pixels, and ``psnr_as_fitted`` blurs the
+        file as the picture is.
         """
         drawing, opacity, picture = self.drawing, self.scene.opacity, self.picture
         rows, columns = picture.reduced_size
@@ -258,6 +267,7 @@ class Result:
             "left_out": drawing.left_out,
             **(drawing.line_facts or {}),
             **self._grid(),
+            **self._thin_strokes(),
             "internal_psnr": self._internal_psnr(),
             "degree": drawing.fitted.degree,
             "conversion_px": drawing.conversion_px,
@@ -311,6 +321,15 @@ class Result:
         picture = encoding.picture
         share = share_on_halves(self.scene, max(picture.width, picture.height) / encoding.grid)
         return {"grid": encoding.grid, "grid_share": round(share, 3)}
+
+    def _thin_strokes(self) -> dict[str, Any]:
+        """Return the number of strokes that are thinner than wanted, and the width in pixels of the thinnest."""
+        strokes = self.scene.strokes
+        if strokes is None:
+            return {}
+        width = strokes.width[strokes.is_stroked].double()
+        thin = width[width < self.encoding.options.line_width_min - _WIDTH_ERROR]
+        return {"thin_strokes": len(thin), "thinnest_stroke": round(float(thin.min()), 2)} if len(thin) else {}
 
     def _internal_psnr(self) -> float:
         picture = self.picture

@@ -33,6 +33,14 @@ def test_each_line_is_one_stroke_and_the_summary_says_so(sketch: Path) -> None:
     assert 25.0 < facts["pen_up"] < 40.0 and facts["line_widths"] == [pytest.approx(4.0, abs=0.3)]
 
 
+def test_strokes_thinner_than_wanted_are_said(sketch: Path) -> None:
+    words = ["run", sketch, "--mode", "lines", "--line-width", "0.7"]
+    summary = invoke(*words, "--line-width-min", "0.8").stdout
+    assert "2 strokes are thinner than --line-width-min, down to 0.7 px" in summary
+    assert "are thinner" not in invoke(*words, "--line-width-min", "0.7").stdout
+    assert "thin_strokes" not in json.loads(invoke(*words, "--json").stdout)
+
+
 def test_a_given_width_is_that_of_all_lines_and_selects_the_mode(sketch: Path) -> None:
     facts = json.loads(invoke("run", sketch, "--line-width", "1.5", "--size", "90mm", "--json").stdout)
     assert (facts["mode"], facts["line_widths"]) == ("lines", [1.5])

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 from damage import as_jpeg, blurred, drawn, levels_of, noisy
+from numpy.typing import NDArray
+from PIL import Image
 from sweep import sweep
 
 from warpvec.condition.jpeg import Jpeg, find_jpeg
@@ -54,3 +58,20 @@ def test_level_bars_are_no_jpeg_although_their_blocks_look_rounded() -> None:
     bars = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24"><rect width="24" height="24" fill="#fff"/>
 <path d="M5 9h14M5 15h14" stroke="#000" stroke-width="2" stroke-linecap="round"/></svg>"""
     assert find_jpeg(draw(bars, 512, 512).astype(np.float64)) is None
+
+
+def test_a_block_and_its_mirror_image_are_one_witness() -> None:
+    levels = np.full((16, 24, 3), 128.0)
+    rows, columns = np.mgrid[:8, :8]
+    one, other = (decoded(128 + 60 * np.sin(a * rows + b * columns)) for a, b in ((0.5, 0.9), (1.1, 0.3)))
+    levels[:8, :8], levels[:8, 8:16] = one, one[:, ::-1]
+    assert find_jpeg(levels) is None
+    levels[8:, :8] = other
+    assert find_jpeg(levels) is not None
+
+
+def decoded(block: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a block [8, 8] as JPEG of quality 50 [8, 8, 3]."""
+    data = io.BytesIO()
+    Image.fromarray(block.round().astype(np.uint8)).save(data, "JPEG", quality=50)
+    return np.asarray(Image.open(data).convert("RGB")).astype(np.float64)

@@ -348,6 +348,13 @@ def test_without_a_grid_the_file_is_in_pixels() -> None:
     assert 'viewBox="0 0 144 144"' in result.svg() and "grid" not in result.metrics
 
 
+@pytest.mark.parametrize("minify", [False, True])
+def test_a_plain_file_of_an_icon_is_in_pixels(minify: bool) -> None:
+    pytest.importorskip("pathops")
+    text = warpvec.vectorize(icon(6), threads=1, purpose="plain", minify=minify).svg()
+    assert 'width="144" height="144" viewBox="0 0 144 144"' in text
+
+
 def test_a_grid_that_does_not_fit_the_canvas_is_refused() -> None:
     with pytest.raises(InputError, match="grid"):
         warpvec.vectorize(icon(6)[:100], threads=1, mode="flat", grid=24)

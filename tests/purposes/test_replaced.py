@@ -54,6 +54,20 @@ def test_a_file_has_only_what_its_purpose_allows_and_looks_the_same(name: str) -
     assert text_for(fitted.text, PURPOSES[name]).words == []
 
 
+@pytest.mark.parametrize(("sides", "box"), [("240", "0 0 240 240"), ("90mm", "0 0 24 24")])
+def test_plain_files_have_pixels_for_units_and_opaque_strokes(sides: str, box: str) -> None:
+    pytest.importorskip("pathops")
+    drawing = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{sides}" height="{sides}" viewBox="0 0 24 24"><g>'
+        '<path fill="none" stroke="#c22" stroke-width="2" d="M3.125 5h12v12"/>'
+        '<path fill="none" stroke="#06c" stroke-width="2" stroke-opacity=".5" d="M3 20h12v-8"/></g></svg>'
+    )
+    text = text_for(drawing, PURPOSES["plain"]).text
+    assert f'viewBox="{box}"' in text and f'width="{sides}"' in text
+    assert "stroke-opacity" not in text and text.count("stroke=") == 1
+    assert error_db(text, drawing, 240) > 50.0
+
+
 @pytest.mark.parametrize("side", [16, 128])
 def test_rounds_of_many_colours_stay_in_their_places_at_any_size(side: int) -> None:
     pytest.importorskip("pathops")

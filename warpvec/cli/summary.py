@@ -185,6 +185,9 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
     lines += losses(out, purpose, replaced, metrics.get("soft") or 0)
     if "dxf_strokes" in metrics:
         lines.append(f"{counted(metrics['strokes'], 'stroke')} as {_STROKES[metrics['dxf_strokes']]}")
+    if metrics.get("thin_strokes"):
+        thin, are = counted(metrics["thin_strokes"], "stroke"), "is" if metrics["thin_strokes"] == 1 else "are"
+        lines.append(f"{thin} {are} thinner than --line-width-min, down to {{thinnest_stroke:g}} px, and easily lost")
     if metrics.get("soft_reason"):
         lines.append("no path is soft: {soft_reason}")
     removed = [counted(count, _REMOVED.get(name, name)) for name, count in metrics.get("left_out", {}).items() if count]

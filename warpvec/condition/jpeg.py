@@ -133,10 +133,15 @@ def _telling_blocks(levels: Floats, weights: Floats) -> _Blocks:
     telling = np.where(change > CONDITION.jpeg_change_min, change * (~is_cut).mean((1, 2)), 0.0)
     order = np.argsort(-telling, kind="stable")[: CONDITION.jpeg_blocks]
     order = order[telling[order] > 0.0]
-    # Equal blocks, such as those along a level edge, are one witness.
-    keys = {values[index].round(1).tobytes(): index for index in order[::-1]}
+    # Equal blocks, such as those along a level edge or of mirrored corners, are one witness.
+    keys = {_key(values[index].round(1)): index for index in order[::-1]}
     order = np.array(sorted(keys.values()), np.int64)
     return _Blocks(values[order], is_cut[order])
+
+
+def _key(block: Floats) -> bytes:
+    """Return what a block [8, 8] and its mirror images share: JPEG rounds all of them alike."""
+    return min(each.tobytes() for half in (block, block[::-1]) for each in (half, half[:, ::-1]))
 
 
 def _blocks_of(plane: NDArray[Any]) -> NDArray[Any]:

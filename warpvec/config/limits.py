@@ -58,3 +58,6 @@ LEVEL_MAX = 255
 
 MAX_PALETTE_BYTES = 2**24
 """Largest file of colours. It may be a style sheet or a drawing, of which the colours are taken."""
+
+MAX_WORLD_FILE_BYTES = 2**12
+"""Largest world file. It has six numbers."""

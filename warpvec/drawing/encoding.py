@@ -28,6 +28,7 @@ from warpvec.purposes.table import PURPOSES, WEB, Purpose
 from warpvec.svg.measure import draw_like
 from warpvec.svg.minify import write_minified
 from warpvec.svg.quantize import at_ticks, quantize
+from warpvec.svg.units import more_decimals
 from warpvec.svg.write import write_svg
 
 STEP_SHARE = 1.0 / 40.0
@@ -116,7 +117,11 @@ class Encoding:
     def of_drawing(self) -> Encoding:
         """Return the encoding of a drawing of flat art, whose paths and smooth nodes stay."""
         encoding = replace(self, keeps_paths=True)
-        return encoding.finer(flat_units(self.settings)) if self.settings.minify else encoding
+        if not self.settings.minify:
+            return encoding
+        if self._purpose.has_units or self.settings.units:
+            return encoding.finer(flat_units(self.settings))
+        return replace(encoding, precision=more_decimals(flat_units(self.settings)), is_minified=True)
 
     def finer(self, units: int) -> Encoding:
         """Return the shortest form with units that are divided by ``units``. The size stays."""
@@ -125,7 +130,12 @@ class Encoding:
         return self._shortest(size, sides)
 
     def on_grid(self, side: int) -> Encoding:
-        """Return the encoding in units of which the longer side has ``side``. No number gets coarser."""
+        """Return the encoding in units of which the longer side has ``side``, where its purpose allows such.
+
+        No number gets coarser.
+        """
+        if not self._purpose.has_units:
+            return self
         height, width = self.picture.height, self.picture.width
         unit = max(height, width) / side
         size = (round(height / unit), round(width / unit))
@@ -256,11 +266,6 @@ def _blurred(drawn: NDArray[np.uint8], deviation: float) -> NDArray[np.float32]:
     image, has_alpha = torch.from_numpy(drawn) / 255.0, is_transparent(drawn)
     blurred: NDArray[np.float32] = GaussianBlur(deviation)(premultiplied(image) if has_alpha else image).numpy()
     return straight(blurred) if has_alpha else blurred
-
-
-def more_decimals(unit: float) -> int:
-    """Return the decimals that numbers in units of so many pixels need more than those in pixels."""
-    return max(0, math.ceil(math.log10(unit) - 1e-9))
 
 
 def flat_units(settings: FitConfig) -> int:

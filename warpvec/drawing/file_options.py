@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from warpvec.checks import show
 from warpvec.config.fit_config import RESULT
-from warpvec.config.kinds import Choice, Custom, Flag, parse_text
+from warpvec.config.kinds import Choice, Custom, Flag, Positive, parse_text
+from warpvec.config.limits import LINE_WIDTH_MAX
 from warpvec.config.palette import parse_palette
 from warpvec.config.setting import setting, settings_of
+from warpvec.config.world_file import check_world_file, parse_world_file
 from warpvec.errors import InputError
 from warpvec.purposes.table import PURPOSES
 from warpvec.svg.on_pages import DARKEST, check_id
@@ -58,6 +60,11 @@ class FileOptions:
         False, Flag(), "Write each dash of a dashed line as a line, for cutters and pens.", RESULT
     )
     """Write each dash of a straight dashed line as a line, in place of one line with a ``stroke-dasharray``."""
+    line_width_min: float = setting(
+        0.3, Positive(LINE_WIDTH_MAX, f"must be above 0 and at most {LINE_WIDTH_MAX:g} pixels", "give 0.3"),
+        "Say so if strokes are thinner, in pixels of the picture.", RESULT,
+    )  # fmt: skip
+    """Width in pixels of the picture below which the summary counts strokes, which pens and small screens lose."""
     no_metadata: bool = setting(False, Flag(), "Leave the settings (1 KB) out of the file.", RESULT)
     """Leave the settings of the fit, about 1 KB, out of the file."""
 
@@ -70,6 +77,13 @@ class FileOptions:
     )  # fmt: skip
     """What a stroke is in files for cutters: both its edges, or its centre line. "auto" takes the centre line for pens:
     in the mode lines, and for the purpose "pen"."""
+
+    world_file: str | None = setting(
+        None, Custom(check_world_file, parse_world_file, "FILE", "six numbers", "str | Sequence[float]"),
+        "GeoJSON: place it on the map by this world file, such as map.pgw.", RESULT,
+    )  # fmt: skip
+    """The numbers A, D, B, E, C, F of a world file, with which a GeoJSON file has the coordinates of the map; None for
+    pixels. A command gets the name of the file. See `warpvec.config.world_file.placing`."""
 
     ppi: str = setting(
         "mm", Choice(("mm", "96", "72")),

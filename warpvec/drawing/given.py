@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from warpvec.drawing.encoding import Encoding, flat_units, more_decimals
+from warpvec.drawing.encoding import Encoding, flat_units
 from warpvec.errors import InputError
 from warpvec.geometry.scene import Scene
 from warpvec.image.picture import Picture
 from warpvec.svg.description import description_of
 from warpvec.svg.read import LoadedSvg, read_svg
+from warpvec.svg.units import more_decimals
 
 
 def read_drawing(data: bytes, name: str = "svg") -> LoadedSvg:

@@ -172,10 +172,14 @@ class Keywords(TypedDict, total=False):
     """Write paths only, no circles, ellipses or rectangles."""
     no_dashes: bool
     """Write each dash of a dashed line as a line, for cutters and pens."""
+    line_width_min: float
+    """Say so if strokes are thinner, in pixels of the picture."""
     dxf_splines: bool
     """DXF: write curves as splines, not as arcs."""
     dxf_strokes: Literal["auto", "edges", "center"]
     """DXF: strokes as both edges, or for pens as the center lines."""
+    world_file: str | Sequence[float] | None
+    """GeoJSON: place it on the map by this world file, such as map.pgw."""
     ppi: Literal["mm", "96", "72"]
     """State --size as is (mm), or in px of 1/96 or 1/72 inch: Qt and Skia take mm at 90 dpi, sharp at 72."""
     current_color: str | None

@@ -66,6 +66,9 @@ def replaced(scene: Scene, purpose: Purpose, width: float, height: float, thread
         words.append(f"{counted(count, 'gradient')} {more}")
     if not purpose.has_strokes:
         scene = without_strokes(scene)
+    elif not purpose.has_clear_strokes and scene.strokes is not None:
+        is_clear = scene.strokes.is_stroked & (scene.opacity < 1.0)
+        scene = _changed(scene, is_clear, without_strokes) if bool(is_clear.any()) else scene
     if not purpose.has_forms:
         scene = scene.outlined()
     elif not purpose.has_turns:

@@ -25,7 +25,10 @@ class Purpose:
             nothing else for it. Machines that cut and draw lines take one colour instead.
         has_forms: whether circles, ellipses and rectangles are elements of their own.
         has_turns: whether these may be turned by a transform.
+        has_units: whether a unit may be another length than a pixel. paper.js makes strokes as many pixels wide as the
+            file has units, and two.js knows no units.
         has_strokes: whether paths may be strokes.
+        has_clear_strokes: whether these may be translucent, which two.js ignores.
         has_fills: whether paths may be filled. Else they are strokes of their outlines, thin and in their colours.
         has_arcs: whether path data may have arcs of circles.
         has_ground: whether the file has a rectangle of the background.
@@ -44,7 +47,9 @@ class Purpose:
     has_shades: bool = True
     has_forms: bool = True
     has_turns: bool = True
+    has_units: bool = True
     has_strokes: bool = True
+    has_clear_strokes: bool = True
     has_fills: bool = True
     has_arcs: bool = True
     has_ground: bool = True
@@ -62,7 +67,7 @@ class Purpose:
             InputError: skia-pathops is missing.
         """
         has_bands = self.has_shades and not (self.has_gradients and self.has_ellipses)
-        if not has_bands and self.has_strokes:
+        if not has_bands and self.has_strokes and self.has_clear_strokes:
             return
         from warpvec.svg.foreign.skia import load_skia  # not above: it loads NumPy, which the help does without
 
@@ -81,8 +86,9 @@ ANDROID = Purpose("Android", has_blur=False, has_ellipses=False, has_forms=False
 """What a VectorDrawable can state."""
 
 _PLAIN = Purpose(
-    "PDF chains, Office, games", has_blur=False, has_gradients=False, has_forms=False, has_arcs=False, has_groups=False
-)
+    "PDF chains, Office, games", has_blur=False, has_gradients=False, has_forms=False, has_units=False,
+    has_clear_strokes=False, has_arcs=False, has_groups=False,
+)  # fmt: skip
 """What every program draws alike. WeasyPrint draws arcs of circles beside their place."""
 
 _CUT = Purpose("machines", has_blur=False, has_gradients=False, has_shades=False, has_ground=False, has_groups=False)

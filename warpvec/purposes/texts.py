@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from warpvec.geometry.scene import Scene
 from warpvec.purposes.replaced import replaced
 from warpvec.purposes.table import WEB, Purpose
 from warpvec.svg.description import description_of
 from warpvec.svg.document import parse_svg
 from warpvec.svg.minify import write_minified
-from warpvec.svg.read import read_svg
-from warpvec.svg.units import in_pixels_of, stated_size
+from warpvec.svg.read import LoadedSvg, read_svg
+from warpvec.svg.units import in_pixels_of, more_decimals, physical_size, stated_size
 from warpvec.svg.write import write_svg
 
 _PRECISION = 2
@@ -34,21 +35,33 @@ def text_for(text: str, purpose: Purpose) -> Fitted:
         return Fitted(text, [])
     purpose.check_packages("the drawing")
     loaded = read_svg(text)
-    pixels = tuple(map(round, stated_size(parse_svg(text).root)))
+    root = parse_svg(text).root
+    pixels = tuple(map(round, stated_size(root)))
     scene = loaded.scene.scaled(pixels[0] / loaded.width, pixels[1] / loaded.height)
     found = replaced(scene, purpose, *pixels)
-    width, height = round(loaded.width), round(loaded.height)
-    scene = found.scene.scaled(width / pixels[0], height / pixels[1])
     sides = loaded.sides
+    keeps_units = _keeps_units(loaded, found.scene, root, purpose)
+    width, height = (round(loaded.width), round(loaded.height)) if keeps_units else pixels
+    scene = found.scene.scaled(width / pixels[0], height / pixels[1])
+    decimals = (loaded.precision or 0) + more_decimals(loaded.width / width) - more_decimals(width / loaded.width)
     if sides is not None and purpose.per_inch is not None:
         sides = in_pixels_of(sides, purpose.per_inch)
     options: dict[str, Any] = {"has_arcs": purpose.has_arcs, "profile": purpose.profile}
     if loaded.minified:
-        options |= {"precision": loaded.precision, "has_groups": purpose.has_groups}
+        options |= {"precision": decimals, "has_groups": purpose.has_groups}
         made = write_minified(scene, width, height, sides or (str(width), str(height)), **options)
     else:
         title, metadata = description_of(text.encode())
-        precision = max(loaded.precision or 0, _PRECISION)
+        precision = max(decimals, _PRECISION)
         options |= {"title": title, "metadata": metadata, "layer_names": loaded.layer_names}
         made = write_svg(scene, width, height, precision=precision, sides=sides, **options)
     return Fitted(made, found.words)
+
+
+def _keeps_units(loaded: LoadedSvg, scene: Scene, root: dict[str, str], purpose: Purpose) -> bool:
+    """Return whether the file for ``purpose`` has the units of the file ``loaded``, else pixels.
+
+    Files of lengths in the world keep theirs. So do the shortest files of fills, which would be a quarter longer.
+    """
+    is_short = loaded.minified and scene.strokes is None
+    return purpose.has_units or is_short or physical_size(root) is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 from warpvec.checks import show
@@ -30,6 +31,11 @@ _SIZE = re.compile(rf"(\d{{1,9}}(?:\.\d{{0,9}})?|\.\d{{1,9}})\s*({'|'.join(SIZE_
 _PIXELS_PER_UNIT = {
     "": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "in": 96.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "em": 16.0, "ex": 8.0,
 }  # fmt: skip
+
+
+def more_decimals(unit: float) -> int:
+    """Return the decimals that numbers in units of so many pixels need more than those in pixels."""
+    return max(0, math.ceil(math.log10(unit) - 1e-9))
 
 
 def world_size(meters: float) -> str | None:

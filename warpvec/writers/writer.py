@@ -34,6 +34,7 @@ class Target(NamedTuple):
             mode that the SVG states decides.
         name: name of the file without its suffix, from which a component gets its name.
         per_inch: pixels of a drawing without a size in real units that make an inch.
+        world: numbers of a world file, which place the picture on a map; None for none.
     """
 
     canvas: Canvas | None = None
@@ -41,6 +42,7 @@ class Target(NamedTuple):
     center_lines: bool | None = None
     name: str = "drawing"
     per_inch: float = 96.0
+    world: tuple[float, ...] | None = None
 
 
 DEFAULT_TARGET = Target()
