@@ -18,7 +18,7 @@ from torch import Tensor
 from warpvec.arrays import Floats, Mask
 from warpvec.config.fit_config import AUTO, OFF
 from warpvec.flat.chains.parts import ARC, bulge_of, radius_of
-from warpvec.flat.chains.solve import Sketch, solved
+from warpvec.flat.chains.solve import Sketch, solved, vagueness
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.forms.form import ANGLE, FIRST, SECOND
 from warpvec.geometry.scene import Scene
@@ -79,9 +79,13 @@ class Grid(NamedTuple):
     spread: float
     nats: float
 
-    def held(self, values: Floats) -> Floats:
-        """Return ``values`` [K] with those on the grid that are surely meant to be there; the others are NaN."""
-        density, places = _densities(values, self.unit, self.spread)
+    def held(self, values: Floats, vague: Floats | None = None) -> Floats:
+        """Return ``values`` [K] with those on the grid that are surely meant to be there; the others are NaN.
+
+        The deviation of a value is that of numbers, or more if it is ``vague`` [K]: so many of them.
+        """
+        spread = self.spread * np.maximum(np.ones(len(values)) if vague is None else vague, 1.0)
+        density, places = _densities(values, self.unit, spread[:, None])
         weighted = self.shares * density
         multiples = weighted[:, :-1]
         sure = multiples.sum(1) / weighted.sum(1)
@@ -138,7 +142,9 @@ def _explained(values: Floats, unit: float, side: int, spread: float, parts: tup
     return Grid(unit, side, shares, spread, float(np.log((shares * density).sum(1)).sum()))
 
 
-def _densities(values: Floats, unit: float, spread: float, parts: tuple[int, ...] = PARTS) -> tuple[Floats, Floats]:
+def _densities(
+    values: Floats, unit: float, spread: float | Floats, parts: tuple[int, ...] = PARTS
+) -> tuple[Floats, Floats]:
     """Return the densities of ``values`` [K] over an even one, for each of P ``parts`` and for none, and the multiples.
 
     The shapes are [K, P + 1] and [K, P].
@@ -160,7 +166,7 @@ def hold_grid(sketch: Sketch, grid: Grid) -> None:
     for _ in range(SOLUTIONS):
         ends = [columns[:4] for columns in sketch.columns]
         nodes = np.unique(np.concatenate([*ends, np.array([*sketch.axes.values()], np.int64)]))
-        places = grid.held(sketch.numbers[nodes])
+        places = grid.held(sketch.numbers[nodes], vagueness(sketch)[nodes])
         is_held = np.isfinite(places)
         sketch.numbers[nodes[is_held]] = places[is_held]
         sketch.fixed = sorted({*sketch.fixed, *nodes[is_held].tolist()})

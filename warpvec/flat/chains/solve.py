@@ -100,11 +100,10 @@ class Sketch:
 
 def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
     """Move the numbers of ``sketch`` as near to its chains as what is held allows."""
-    basis = _basis(sketch)
+    basis, held = _basis(sketch), sketch.fixed
     free = (basis.T @ sketch.numbers) / np.asarray(basis.sum(0)).ravel()
-    held = basis[sketch.fixed].indices
-    free[held] = sketch.numbers[sketch.fixed]
-    moves = basis[:, np.setdiff1d(np.arange(len(free)), held)]
+    free[basis[held].indices] = sketch.numbers[held]
+    moves = _moves(sketch, basis)
     sketch.numbers = basis @ free
     for _ in range(rounds if moves.shape[1] else 0):
         residual, slopes = _equations(sketch)
@@ -115,6 +114,25 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
         sketch.numbers = sketch.numbers + moves @ step * min(1.0, MOVE_MAX / max(most, 1e-12))
         if most < MOVED:
             break
+
+
+def vagueness(sketch: Sketch) -> Floats:
+    """Return the standard deviations of the numbers [M] of a solved ``sketch``, in those of places at a pixel of chain.
+
+    Where a line becomes an arc smoothly, a node may move along both and hardly shows. Numbers that are fixed have 0.
+    """
+    moves = _moves(sketch, _basis(sketch))
+    if not moves.shape[1]:
+        return np.zeros(len(sketch.numbers))
+    slopes = _equations(sketch)[1] @ moves
+    matrix = (slopes.T @ slopes).toarray() + STAY**2 * np.eye(moves.shape[1])
+    found: Floats = np.sqrt(moves @ np.diag(np.linalg.inv(matrix)))
+    return found
+
+
+def _moves(sketch: Sketch, basis: sparse.csr_matrix) -> sparse.csr_matrix:
+    """Return the columns of a ``basis`` [M, F] whose free numbers no fixed one holds."""
+    return basis[:, np.setdiff1d(np.arange(basis.shape[1]), basis[sketch.fixed].indices)]
 
 
 def _basis(sketch: Sketch) -> sparse.csr_matrix:
