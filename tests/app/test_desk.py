@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,7 +20,7 @@ from warpvec.errors import InputError
 
 def add(server: Server, page: str = "a", side: int = 8) -> str:
     """Send a picture and return its identifier."""
-    answer = server.post(f"pictures?page={page}&name=red", picture(side))
+    answer = server.post(f"pictures?page={page}&key={secrets.token_hex(4)}&name=red", picture(side))
     assert answer.status_code == 201, answer.text
     assert (answer.json()["width"], answer.json()["height"]) == (side, 4)
     return str(answer.json()["id"])
@@ -246,7 +247,7 @@ def test_wrong_requests_are_refused_in_one_line(server: Server, request_: dict[s
 
 
 def test_a_broken_picture_is_refused_at_once(server: Server) -> None:
-    answer = server.post("pictures?page=a&name=x", b"GIF89a broken")
+    answer = server.post("pictures?page=a&key=k&name=x", b"GIF89a broken")
     assert answer.status_code == 422
     assert "must be a complete image, such as PNG, JPEG" in answer.text
     assert server.desk.pictures == {}

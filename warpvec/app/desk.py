@@ -42,7 +42,12 @@ class PagePicture:
     """A picture that a page has sent, and the fit that waits for it or is under way."""
 
     identifier: str
+    run: str
+    """The run of the server that has it, and its number among all pictures of that run."""
+    number: int
     page: str
+    key: str
+    """The page's own name for it; a picture that is sent again replaces the one with its key."""
     name: str
     data: bytes = field(repr=False)
     width: int
@@ -58,7 +63,8 @@ class PagePicture:
     def facts(self) -> dict[str, Any]:
         """Return what a page shows of the picture in its list."""
         size = {"width": self.width, "height": self.height}
-        return {"id": self.identifier, "name": self.name, "status": self.status, **size}
+        own = {"id": self.identifier, "run": self.run, "number": self.number, "key": self.key}
+        return {**own, "name": self.name, "status": self.status, **size}
 
 
 class Desk:
@@ -74,6 +80,7 @@ class Desk:
         self.pages = Pages(self._forget)
         self._waiting: list[PagePicture] = []
         self._running: PagePicture | None = None
+        self._run, self._count = secrets.token_hex(8), 0
         self._number = 0
         self._dropped: set[int] = set()
         self._deadline: asyncio.TimerHandle | None = None
@@ -86,7 +93,9 @@ class Desk:
         """Return a stream of events for ``page``, which begins with all that it has to know."""
         stream = self.pages.join(page)
         own = [picture for picture in self.pictures.values() if picture.page == page]
-        stream.put("hello", {"ready": self.is_ready, "pictures": [p.facts() for p in own]})
+        # A page may learn this after the answer for a picture that came later, which it tells by the number.
+        moment = {"run": self._run, "count": self._count}
+        stream.put("hello", {"ready": self.is_ready, **moment, "pictures": [p.facts() for p in own]})
         for picture in own:
             for kind, facts in picture.last.items():
                 stream.put(kind, {"id": picture.identifier, **facts})
@@ -105,9 +114,12 @@ class Desk:
         """Return whether a picture of ``size`` bytes may be kept beside the others."""
         return size + sum(len(picture.data) for picture in self.pictures.values()) <= KEPT_BYTES
 
-    def add(self, page: str, name: str, data: bytes, size: tuple[int, int]) -> PagePicture:
-        """Keep a picture of ``size`` (width, height) that ``page`` has sent."""
-        picture = PagePicture(secrets.token_hex(8), page, name, data, *size)
+    def add(self, page: str, key: str, name: str, data: bytes, size: tuple[int, int]) -> PagePicture:
+        """Keep a picture of ``size`` (width, height) that ``page`` has sent, in place of the one with its ``key``."""
+        for before in [p.identifier for p in self.pictures.values() if (p.page, p.key) == (page, key)]:
+            self.remove(before)
+        self._count += 1
+        picture = PagePicture(secrets.token_hex(8), self._run, self._count, page, key, name, data, *size)
         self.pictures[picture.identifier] = picture
         self.pages.expect(page)
         return picture

@@ -19,13 +19,15 @@ export class Meeting {
 
   /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
    * page did not answer for a while, as when the computer slept. */
-  greet({ pictures }) {
+  greet({ run, count, pictures }) {
     const { desk } = this;
     const isFirst = !this.hasMet;
     this.hasMet = true;
-    if (isFirst) this.addUnknown(pictures);
+    if (isFirst && !desk.memory.knows) this.addUnknown(pictures);
     const known = new Set(pictures.map(({ id }) => id));
+    for (const { id } of desk.removed) if (known.has(id)) desk.server.remove(id).catch(() => {}); // it did not hear of that
     for (const picture of desk.pictures.filter(({ id }) => id)) {
+      if (picture.run === run && picture.number > count) continue; // it has come since the server wrote this
       if (!known.has(picture.id)) this.giveBack(picture);
       else if (picture.isBusy && picture.isStopping) desk.stop(picture); // the server may not have heard it
     }
@@ -38,7 +40,7 @@ export class Meeting {
    * state of each picture follows its drawing. */
   addUnknown(pictures) {
     for (const { status, ...facts } of pictures) {
-      if (this.desk.pictures.some(({ id }) => id === facts.id)) continue; // it was kept, or dropped before the server was found
+      if (this.desk.pictures.some(({ key }) => key === facts.key)) continue; // it was dropped before the server was found
       this.desk.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
     }
   }

@@ -16,6 +16,8 @@ export class Memory {
   // What was last written of each record: values of which one changes whenever the record does.
   marks = new Map();
   isDue = false;
+  // Whether the page was loaded again with all that it had.
+  knows = false;
   /** @type {Promise<void> | null} */
   writing = null;
 
@@ -44,6 +46,7 @@ export class Memory {
   restore(desk) {
     const text = this.textOf("desk");
     if (!text) return;
+    this.knows = true;
     const { version, pictures, removed, current, positions, side, boxes, chosen } = unpack(text);
     goOnFrom(version);
     const again = (key) => this.pictureOf(key, desk.view);

@@ -8,8 +8,11 @@ const STATUS_WORDS = {
 };
 
 export class PagePicture {
-  // What the server knows: its name for the picture, the size, and how many fits are before that of the picture.
+  // What the server knows: its name for the picture, the run of the server that gave it and the number in that run, the
+  // size, and how many fits are before that of the picture.
   id = null;
+  run = "";
+  number = 0;
   width = 0;
   height = 0;
   status = "loading";
@@ -49,7 +52,7 @@ export class PagePicture {
   // Whether its file is being read and sent.
   isBeginning = false;
 
-  // Its name in what the page keeps for the time after it is loaded again.
+  // Its name for this page, also after it is loaded again.
   key = crypto.randomUUID();
   // The file of its drawing that was opened, until it is read.
   drawing = null;
