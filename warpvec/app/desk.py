@@ -55,6 +55,8 @@ class PagePicture:
     status: str = "idle"
     """"idle", "waiting", "fitting", "done", "stopped" or "failed"."""
     job: FitJob | None = None
+    fit: int = 0
+    """The page's own number for the job, which is in all that is told of it: news of another fit may be on its way."""
     last: dict[str, dict[str, Any]] = field(default_factory=dict)
     """The last facts of each kind of report, for a page that is loaded again."""
     share: float = 0.0
@@ -64,7 +66,7 @@ class PagePicture:
         """Return what a page shows of the picture in its list."""
         size = {"width": self.width, "height": self.height}
         own = {"id": self.identifier, "run": self.run, "number": self.number, "key": self.key}
-        return {**own, "name": self.name, "status": self.status, **size}
+        return {**own, "name": self.name, "status": self.status, "fit": self.fit, **size}
 
 
 class Desk:
@@ -132,10 +134,11 @@ class Desk:
 
     # Fits
 
-    def fit(self, picture: PagePicture, settings: FitSettings, **more: Any) -> None:
+    def fit(self, picture: PagePicture, number: int, settings: FitSettings, **more: Any) -> None:
         """Put a fit of ``picture`` into the queue; it replaces the one that waits or runs.
 
         Args:
+            number: the page's own one for it.
             settings: what the page asks for.
             more: further fields of a `FitJob`.
         """
@@ -144,7 +147,7 @@ class Desk:
         self._number += 1
         share = picture.share if more.get("start") is not None else 0.0
         picture.job = FitJob(self._number, picture.data, picture.name, settings, done_share=share, **more)
-        picture.share = share
+        picture.share, picture.fit = share, number
         picture.last.clear()
         self._waiting.insert(0 if is_first else len(self._waiting), picture)
         self._set_status(picture, "waiting")
@@ -269,11 +272,11 @@ class Desk:
 
     def _set_status(self, picture: PagePicture, status: str) -> None:
         picture.status = status
-        self.pages.send(picture.page, "status", {"id": picture.identifier, "status": status})
+        facts = {"id": picture.identifier, "fit": picture.fit, "status": status}
+        self.pages.send(picture.page, "status", facts)
 
     def _tell(self, picture: PagePicture, kind: str, facts: dict[str, Any]) -> None:
-        assert picture.job is not None
-        picture.last[kind] = {"fit": picture.job.number, **facts}
+        picture.last[kind] = {"fit": picture.fit, **facts}
         self.pages.send(picture.page, kind, {"id": picture.identifier, "at": time.time(), **picture.last[kind]})
 
     def _tell_queue(self) -> None:

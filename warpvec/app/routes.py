@@ -6,7 +6,7 @@ POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&key=&name=   a picture's file in the body -> its facts; the key is the page's own name for it
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it, or go on
+POST   /pictures/ID/fit         {fit, settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it, or go on
 POST   /pictures/ID/measure     SVG text in the body -> its closeness to the picture
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
@@ -150,9 +150,9 @@ class Routes:
         if not all(text is None or _is_text(text) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
         ways = {"keeps_paths": asked.get("keepsPaths") is True, "cuts": asked.get("cuts") is True}
-        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), **ways, **texts)
-        assert picture.job is not None
-        return JSONResponse({**picture.facts(), "fit": picture.job.number}, 202)
+        locked = _places(asked.get("locked", []))
+        self._desk.fit(picture, _number(asked.get("fit", 0)), settings, locked=locked, **ways, **texts)
+        return JSONResponse(picture.facts(), 202)
 
     async def measure(self, request: Request) -> Response:
         """Return the PSNR of the drawing in the body against a picture."""
@@ -293,6 +293,13 @@ def _places(found: object) -> tuple[int, ...]:
         if len(places) == len(found):
             return tuple(sorted(set(places)))
     raise InputError("locked", "must be a list of places of paths", str(found)[:40], "reload the page")
+
+
+def _number(found: object) -> int:
+    """Return a number that a page has given."""
+    if type(found) is int and 0 <= found < 2**53:  # larger ones are not whole numbers on a page
+        return found
+    raise InputError("fit", "must be a whole number", str(found)[:40], "reload the page")
 
 
 def _whole(text: str | None) -> int | None:

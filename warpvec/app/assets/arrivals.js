@@ -65,8 +65,7 @@ export class Arrivals {
     picture.arriving ??= desk.server.upload(picture);
     try {
       const { id, run, number, width, height } = await picture.arriving;
-      // A server that was started again counts its fits anew.
-      Object.assign(picture, { id, run, number, width, height, fit: null, lastFit: 0, unwanted: 0 });
+      Object.assign(picture, { id, run, number, width, height });
     } finally {
       picture.arriving = null;
     }

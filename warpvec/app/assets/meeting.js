@@ -24,12 +24,17 @@ export class Meeting {
     const isFirst = !this.hasMet;
     this.hasMet = true;
     if (isFirst && !desk.memory.knows) this.addUnknown(pictures);
-    const known = new Set(pictures.map(({ id }) => id));
+    const known = new Map(pictures.map((facts) => [facts.id, facts]));
     for (const { id } of desk.removed) if (known.has(id)) desk.server.remove(id).catch(() => {}); // it did not hear of that
     for (const picture of desk.pictures.filter(({ id }) => id)) {
-      if (picture.run === run && picture.number > count) continue; // it has come since the server wrote this
-      if (!known.has(picture.id)) this.giveBack(picture);
-      else if (picture.isBusy && picture.isStopping) desk.stop(picture); // the server may not have heard it
+      // It has come, or is asked for, since the server wrote this.
+      if (picture.asking || (picture.run === run && picture.number > count)) continue;
+      const theirs = known.get(picture.id);
+      if (!theirs) this.giveBack(picture);
+      else if (!picture.isBusy) continue;
+      // The server may not have heard of it before the page was loaded again, or of the wish to stop.
+      else if (isFirst && theirs.fit !== picture.asked.fit) this.fitOnceMore(picture);
+      else if (picture.isStopping) desk.stop(picture);
     }
     if (!isFirst) return;
     for (const picture of desk.pictures) this.goOn(picture);
@@ -39,9 +44,10 @@ export class Meeting {
   /** Lists the pictures of a page that was loaded again without what it should have kept: the storage is blocked. The
    * state of each picture follows its drawing. */
   addUnknown(pictures) {
-    for (const { status, ...facts } of pictures) {
+    for (const { status, fit, ...facts } of pictures) {
       if (this.desk.pictures.some(({ key }) => key === facts.key)) continue; // it was dropped before the server was found
-      this.desk.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
+      const picture = new PagePicture(facts.name, null, DEFAULT_POSITIONS);
+      this.desk.pictures.push(Object.assign(picture, facts, { status: "idle", asked: { ...picture.asked, fit } }));
     }
   }
 

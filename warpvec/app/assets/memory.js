@@ -127,7 +127,7 @@ export class Memory {
 
 /** Returns the records of a picture: its file, and all else. */
 function recordsOf(picture, { view, sheet }) {
-  const { key, blob, frame, photo, kept, arriving, timer, isBeginning, drawing, ...state } = picture;
+  const { key, blob, frame, photo, kept, arriving, asking, timer, isBeginning, drawing, ...state } = picture;
   const isShown = sheet.shows(picture);
   if (isShown) state.isSaved &&= !view.state.edited;
   const drawn = () => (isShown ? view.packed() : kept && view.packed(kept));

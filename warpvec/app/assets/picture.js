@@ -31,8 +31,10 @@ export class PagePicture {
   result = null;
   fit = null;
   isSaved = false;
-  // What the last fit was asked for: the positions of the controls, and what is to become of the edits; see live.js.
-  asked = { positions: null, edits: "dropped", more: {} };
+  // What the last fit was asked for: its number, the positions of the controls, and what is to become of the edits; see
+  // live.js. While the request is under way, it is also `asking`.
+  asked = { fit: 0, positions: null, edits: "dropped", more: {} };
+  asking = null;
   // The drawing with its edits while another picture is shown, and whether a result has come since.
   kept = null;
   isUnseen = false;
@@ -41,9 +43,6 @@ export class PagePicture {
   // What was sent with the last fit, for a server that has forgotten it.
   sent = {};
   isStopping = false;
-  // The number of the last fit that was asked for, and of one that another has replaced.
-  lastFit = 0;
-  unwanted = 0;
   // Whether it is the first of those that came together: it is shown at once.
   isFirst = false;
   // The upload that is under way, and the timer until changed settings take effect.
