@@ -47,7 +47,7 @@ class PagePicture:
     number: int
     page: str
     key: str
-    """The page's own name for it; a picture that is sent again replaces the one with its key."""
+    """The page's own name for it."""
     name: str
     data: bytes = field(repr=False)
     width: int
@@ -117,9 +117,7 @@ class Desk:
         return size + sum(len(picture.data) for picture in self.pictures.values()) <= KEPT_BYTES
 
     def add(self, page: str, key: str, name: str, data: bytes, size: tuple[int, int]) -> PagePicture:
-        """Keep a picture of ``size`` (width, height) that ``page`` has sent, in place of the one with its ``key``."""
-        for before in [p.identifier for p in self.pictures.values() if (p.page, p.key) == (page, key)]:
-            self.remove(before)
+        """Keep a picture of ``size`` (width, height) that ``page`` has sent, which has a ``key`` of its own for it."""
         self._count += 1
         picture = PagePicture(secrets.token_hex(8), self._run, self._count, page, key, name, data, *size)
         self.pictures[picture.identifier] = picture
