@@ -6,7 +6,7 @@ POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
 POST   /pictures?page=&key=&name=   a picture's file in the body -> its facts; the key is the page's own name for it
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {fit, settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it, or go on
+POST   /pictures/ID/fit         {fit, settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it
 POST   /pictures/ID/measure     SVG text in the body -> its closeness to the picture
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
