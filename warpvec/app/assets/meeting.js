@@ -30,11 +30,10 @@ export class Meeting {
       // It has come, or is asked for, since the server wrote this.
       if (picture.asking || (picture.run === run && picture.number > count)) continue;
       const theirs = known.get(picture.id);
+      // The server may not have heard of the fit before the page was loaded again, or of the wish to stop.
       if (!theirs) this.giveBack(picture);
-      else if (!picture.isBusy) continue;
-      // The server may not have heard of it before the page was loaded again, or of the wish to stop.
       else if (isFirst && theirs.fit !== picture.asked.fit) this.fitOnceMore(picture);
-      else if (picture.isStopping) desk.stop(picture);
+      else if (picture.isBusy && picture.isStopping) desk.stop(picture);
     }
     if (!isFirst) return;
     for (const picture of desk.pictures) this.goOn(picture);
@@ -57,17 +56,20 @@ export class Meeting {
     else if (picture.moved && !picture.isBusy) this.desk.fitWithSettings(picture);
   }
 
-  /** Lets a fit that the server has lost begin again, unless the user has stopped it in the meantime. */
   giveBack(picture) {
     if (!picture.blob) return;
     picture.id = null;
-    if (!picture.isBusy) return;
-    if (picture.isStopping) this.desk.results.setStatus(picture, "stopped");
-    else this.fitOnceMore(picture);
+    this.fitOnceMore(picture);
   }
 
-  /** Asks for the fit that was under way: from the last frame if that is shown, but an edited drawing from its start. */
+  /** Asks for a fit that was under way, unless the user has stopped it in the meantime: from the last frame if that is
+   * shown, but an edited drawing from its start. */
   fitOnceMore(picture) {
+    if (!picture.isBusy) return;
+    if (picture.isStopping) {
+      this.desk.results.setStatus(picture, "stopped");
+      return;
+    }
     const { more } = picture.asked;
     const goesOn = this.desk.sheet.shows(picture) && !more.keepsPaths;
     this.desk.requestFit(picture, goesOn ? { ...this.desk.sheet.present(picture), filled: null } : more);
