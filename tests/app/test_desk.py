@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -19,7 +20,7 @@ from warpvec.errors import InputError
 
 def add(server: Server, page: str = "a", side: int = 8) -> str:
     """Send a picture and return its identifier."""
-    answer = server.post(f"pictures?page={page}&name=red", picture(side))
+    answer = server.post(f"pictures?page={page}&key={secrets.token_hex(4)}&name=red", picture(side))
     assert answer.status_code == 201, answer.text
     assert (answer.json()["width"], answer.json()["height"]) == (side, 4)
     return str(answer.json()["id"])
@@ -166,6 +167,19 @@ def test_pages_see_their_own_pictures_and_behind_ones_only_the_newest_frame(serv
     assert ("frame", 3) in [(name, facts.get("iteration")) for name, facts in server.events(again, 3)]
 
 
+def test_news_of_a_fit_have_the_number_that_the_page_has_given_it(server: Server) -> None:
+    server.report("ready")
+    own = add(server)
+    fit(server, own, fit=7)
+    server.report("frame", 1, **FRAME)
+    fit(server, own, fit=9)  # before the page has heard of the frame
+    server.report("dropped", 1)
+    server.report("frame", 2, **FRAME)
+    told = server.events(server.act(lambda: server.desk.watch("a")), 3)
+    assert [facts.get("fit") for _, facts in told] == [None, 9, 9]
+    assert told[0][1]["pictures"][0]["fit"] == 9
+
+
 def test_a_page_that_is_loaded_again_hears_what_the_running_fit_does(server: Server) -> None:
     server.report("ready")
     fit(server, add(server))
@@ -231,6 +245,7 @@ def test_a_hidden_page_that_is_closed_is_forgotten(server: Server, monkeypatch: 
         ({"settings": {"device": "cuda"}}, "settings"),
         ({"settings": {"detail": "x"}}, "detail"),
         ({"start": 5}, "start"),
+        ({"fit": 0.5}, "fit must be a whole number"),
         ({"locked": [-1]}, "locked"),
         ({"locked": [True]}, "locked"),
     ],
@@ -246,7 +261,7 @@ def test_wrong_requests_are_refused_in_one_line(server: Server, request_: dict[s
 
 
 def test_a_broken_picture_is_refused_at_once(server: Server) -> None:
-    answer = server.post("pictures?page=a&name=x", b"GIF89a broken")
+    answer = server.post("pictures?page=a&key=k&name=x", b"GIF89a broken")
     assert answer.status_code == 422
     assert "must be a complete image, such as PNG, JPEG" in answer.text
     assert server.desk.pictures == {}

@@ -64,9 +64,9 @@ def test_a_ticket_leads_to_the_page_once_and_soon(server: Server, monkeypatch: p
 
 
 def test_a_foreign_page_changes_nothing(server: Server) -> None:
-    url = f"/{TOKEN}/pictures?page=a&name=x"
+    url = f"/{TOKEN}/pictures?page=a&key=k&name=x"
     assert server.ask("POST", url, headers={"Origin": "http://attacker.example"}).status_code == 403
-    assert server.ask("POST", "/pictures?page=a").status_code == 403
+    assert server.ask("POST", "/pictures?page=a&key=k").status_code == 403
     assert server.desk.pictures == {}
 
 
@@ -83,10 +83,10 @@ def test_too_large_bodies_are_refused(server: Server, monkeypatch: pytest.Monkey
     from warpvec.app import desk, routes
 
     monkeypatch.setattr(routes, "MAX_PICTURE_BYTES", 1000)
-    assert server.post("pictures?page=a", bytes(1001)).status_code == 413
-    assert server.ask("POST", f"/{TOKEN}/pictures?page=a", content=_without_length()).status_code == 413
+    assert server.post("pictures?page=a&key=k", bytes(1001)).status_code == 413
+    assert server.ask("POST", f"/{TOKEN}/pictures?page=a&key=k", content=_without_length()).status_code == 413
     monkeypatch.setattr(desk, "KEPT_BYTES", 500)
-    assert server.post("pictures?page=a", bytes(501)).status_code == 413
+    assert server.post("pictures?page=a&key=k", bytes(501)).status_code == 413
     assert server.desk.pictures == {}
 
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import signal
+import threading
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
+import pytest
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
+from children import limit
 from desk_browser import DeskPage, DeskServer
-from desk_edits import GREEN, ORANGE, RECOLOUR, reload, text_of, wait_for_text
+from desk_edits import GREEN, NOTE_HELLO, ORANGE, RECOLOUR, reload, text_of, wait_for_text
 from quick_desk import QuickServer, quick_server_fixture, write_logo  # noqa: F401  (fixture)
+
+from warpvec.app import routes
+from warpvec.app.streams import Stream
 
 pytestmark = NEEDS_BROWSER
 
@@ -97,3 +105,126 @@ def test_a_page_goes_on_after_a_reload_and_a_new_start_of_the_server(browser: An
     assert all("ERR_" in text or "reset" in text.lower() for text in desk.complaints)  # the browser's notes
     desk.page.close()
     assert server.end() == 130
+
+
+class Held:
+    """Holds what the server says of its pictures, and its answers to new ones, until a test lets them go."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.patch = patch
+
+    def streams(self) -> tuple[threading.Event, threading.Event]:
+        """Return what is set when a page begins to listen, and what lets it hear."""
+        begins, may_tell = threading.Event(), threading.Event()
+        texts = Stream.texts
+
+        async def late(stream: Stream) -> AsyncIterator[bytes]:
+            begins.set()
+            while not may_tell.is_set():
+                await asyncio.sleep(0.01)
+            async for text in texts(stream):
+                yield text
+
+        self.patch.setattr(Stream, "texts", late)
+        return begins, may_tell
+
+    def uploads(self) -> tuple[threading.Event, threading.Event]:
+        """Return what is set when a picture has come, and what lets the server answer."""
+        comes, may_answer = threading.Event(), threading.Event()
+        size_of = routes._size_of
+
+        def late(data: bytes) -> tuple[int, int]:
+            comes.set()
+            may_answer.wait(limit(60))
+            return size_of(data)
+
+        self.patch.setattr(routes, "_size_of", late)
+        return comes, may_answer
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> Held:
+    return Held(monkeypatch)
+
+
+def test_a_picture_that_crosses_the_list_of_the_server_on_its_way_is_listed_once(
+    browser: Any, quick_server: QuickServer, tmp_path: Path, held: Held
+) -> None:
+    begins, may_tell = held.streams()
+    desk = DeskPage(browser, quick_server, tmp_path)
+    assert begins.wait(limit(60))
+    with desk.page.expect_response(lambda response: response.url.endswith("/fit")):
+        desk.drop(write_logo(tmp_path / "logo.png"))
+    may_tell.set()
+    desk.wait_for_status("done")
+    reload(desk)
+    desk.wait_for_status("done")
+    assert desk.states() == ["logo done"]
+    desk.close()
+
+
+def test_a_picture_that_is_being_sent_when_the_page_is_loaded_again_is_listed_once(
+    browser: Any, quick_server: QuickServer, tmp_path: Path, held: Held
+) -> None:
+    comes, may_answer = held.uploads()
+    desk = DeskPage(browser, quick_server, tmp_path)
+    desk.drop(write_logo(tmp_path / "logo.png"))
+    assert comes.wait(limit(60))
+    reload(desk)
+    may_answer.set()
+    for _ in range(2):
+        desk.wait_for_status("done")
+        assert desk.states() == ["logo done"]
+        reload(desk)
+    desk.close()
+
+
+def test_a_fit_that_is_asked_of_a_new_server_before_it_lists_its_pictures_is_asked_once(
+    browser: Any, quick_server: QuickServer, tmp_path: Path, held: Held
+) -> None:
+    desk = drawn_logo(browser, quick_server, tmp_path)
+    (begins, may_tell), (comes, may_answer) = held.streams(), held.uploads()
+    desk.page.evaluate(f"() => {{{NOTE_HELLO}}}")
+    quick_server.restart()
+    assert begins.wait(limit(60))
+    desk.page.wait_for_selector("#lost", state="hidden")
+    asked: list[int] = []
+    desk.page.on("response", lambda response: response.url.endswith("/fit") and asked.append(response.status))
+    with desk.fitting():
+        desk.page.locator("#set-cutout").click()
+        assert comes.wait(limit(60))
+        may_tell.set()
+        desk.page.wait_for_function("() => window.hasMet")
+        may_answer.set()
+    assert asked == [404, 202]
+    desk.page.locator("#undo").click()
+    desk.page.wait_for_selector("#undo:disabled")  # there is one step
+    desk.page.close()
+
+
+def test_a_fit_that_a_reload_has_kept_from_being_asked_is_asked_after_it(
+    browser: Any, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = drawn_logo(browser, quick_server, tmp_path)
+    desk.page.route("**/fit", lambda route: None, times=1)  # it never arrives
+    with desk.page.expect_request(lambda request: request.url.endswith("/fit")):
+        desk.page.locator("#set-cutout").click()
+    reload(desk)
+    desk.page.wait_for_function("() => warpvecView.app.drawing.settings?.cutout && !warpvecView.state.live")
+    assert desk.page.is_checked("#set-cutout")
+    desk.page.close()
+
+
+def test_a_removal_that_the_server_has_not_heard_is_not_undone_by_a_reload(
+    browser: Any, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = drawn_logo(browser, quick_server, tmp_path)
+    desk.save()
+    desk.page.route("**/pictures/*", lambda route: route.abort())
+    desk.page.locator("#pictures button:not(.open)").click()
+    desk.page.unroute("**/pictures/*")
+    with desk.page.expect_request(lambda request: request.method == "DELETE"):
+        reload(desk)
+    assert desk.states() == []
+    assert all("ERR_FAILED" in text for text in desk.complaints), desk.complaints
+    desk.page.close()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from browser import NEEDS_BROWSER, browser_fixture  # noqa: F401  (fixture)
 from desk_browser import DeskPage
-from desk_edits import GREEN, ORANGE, RECOLOUR, reload, text_of, wait_for_text
+from desk_edits import GREEN, NOTE_HELLO, ORANGE, RECOLOUR, reload, text_of, wait_for_text
 from quick_desk import QuickServer, quick_server_fixture, write_logo  # noqa: F401  (fixture)
 
 from warpvec.image.metrics import psnr
@@ -27,15 +27,6 @@ DELETE = """(color) => {
     app.select(app.drawing.layers.flatMap(({ items }) => items).filter(({ fill }) => fill === color));
     app.editor.remove();
 }"""
-
-
-NOTE_HELLO = """
-const add = EventSource.prototype.addEventListener;
-EventSource.prototype.addEventListener = function (kind, act) {
-    add.call(this, kind, (event) => (act(event), kind === "hello" && (window.hasMet = true)));
-};
-"""
-"""Notes that the server has said hello, and that the page has heard it."""
 
 
 def closeness(one: str, two: str) -> float:

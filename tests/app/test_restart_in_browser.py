@@ -90,14 +90,14 @@ def test_the_page_says_that_the_server_has_ended_and_goes_on_with_a_new_one(brow
         wait_for(lambda: len(impostor.lines) > 2)
         desk.page.wait_for_function("() => document.getElementById('lost').textContent.includes('Another server')")
     assert all(line.startswith("GET /proof?nonce=") for line in impostor.lines), impostor.lines
+    seen = desk.page.evaluate("() => window.statuses.length")
     server.start()
     assert server.url != address
     desk.page.wait_for_selector("#lost", state="hidden")
     # The last frame of the server that has ended stays until the new one sends its first.
-    desk.page.wait_for_function("() => document.getElementById('fit-status').textContent.startsWith('Starting')")
-    desk.page.wait_for_function("() => document.getElementById('fit-status').textContent.startsWith('Drawing')")
+    desk.begins_to_draw(seen)
     desk.wait_for_frame(12.0)
-    desk.page.locator("#stop").click()
+    desk.page.evaluate("() => document.getElementById('stop').click()")  # at once: the fit may be close to its end
     desk.wait_for_status("Stopped")
     assert file_facts(desk.save().read_bytes())["paths"] >= count
     desk.page.reload()

@@ -56,3 +56,16 @@ def test_parts_are_for_the_same_programs_and_as_short_as_the_whole() -> None:
         assert "<circle" in one and "<circle" not in two and not re.search("[0-9]a", two)
         width, height = map(int, re.findall(r'(?:width|height)="(\d+)"', two)[:2])
         assert np.abs(draw(one, width, height).astype(int) - draw(two, width, height)).mean() < 1.0
+
+
+def test_parts_of_a_drawing_on_a_grid_are_on_that_grid() -> None:
+    bars = '<path d="M10 20h20v10h-20zM70 20h10v40h-10z"/>'
+    texts = split_texts(warpvec.vectorize(_picture(bars), grid="12").drawing)
+    assert [re.findall('width="([^"]*)" height="([^"]*)" viewBox="([^"]*)"', text)[0] for text in texts] == [
+        ("20", "10", "0 0 2 1"),
+        ("10", "40", "0 0 1 4"),
+    ]
+    sizes = ((20, 10), (10, 40))
+    assert all(
+        draw(text, *size, transparent=True)[..., 3].min() == 255 for text, size in zip(texts, sizes, strict=True)
+    )

@@ -343,6 +343,12 @@ def test_an_icon_is_drawn_in_the_numbers_of_its_grid() -> None:
     assert result.metrics["psnr"] > 45.0
 
 
+def test_a_short_file_is_in_the_units_of_a_given_grid() -> None:
+    text = warpvec.vectorize(icon(8), threads=1, grid=24, minify=True).svg()
+    assert 'viewBox="0 0 24 24"' in text and 'x="3" y="3" width="18" height="18" rx="2"' in text
+    assert "<title" not in text
+
+
 def test_without_a_grid_the_file_is_in_pixels() -> None:
     result = warpvec.vectorize(icon(6), threads=1, grid="off")
     assert 'viewBox="0 0 144 144"' in result.svg() and "grid" not in result.metrics

@@ -145,6 +145,17 @@ def test_a_drawing_that_is_right_stays_as_it_is() -> None:
         assert result.metrics["psnr"] == math.inf
 
 
+@pytest.mark.parametrize("minify", [False, True])
+def test_a_drawing_on_a_grid_stays_on_it_with_decimals_of_pixels(minify: bool) -> None:
+    body = '<circle fill="#000" cx="12" cy="12" r="8.{}"/></svg>'
+    given = '<svg xmlns="http://www.w3.org/2000/svg" width="240" height="240" viewBox="0 0 24 24">' + body
+    photo = draw(given.format("23").replace("<circle", '<rect width="24" height="24" fill="#fff"/><circle'), 240, 240)
+    options: dict[str, Any] = {"iterations": 30, "precision": 0, "threads": 1, "minify": minify}
+    result = warpvec.refine(photo[..., :3], given.format("1"), **options)
+    assert 'viewBox="0 0 24 24"' in result.svg() and ' r="8.2"' in result.svg()
+    assert result.metrics["grid"] == 24
+
+
 def test_a_drawing_is_written_anew_if_an_option_asks_for_a_change() -> None:
     photo, given = draw(_wavy(64), 64, 64), _wavy(64).replace("</svg>", "<metadata>x</metadata></svg>")
     for options in ({"size": "90mm"}, {"trim": True}, {"metadata": False}, {"opacity": "opaque"}):

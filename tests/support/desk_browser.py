@@ -19,8 +19,8 @@ from children import limit, start
 
 from warpvec.app.address import open_socket
 
-WAIT_MS = 240_000
-"""Longest wait for a fit, on a busy machine."""
+WAIT_SECONDS = 240.0
+"""Longest wait for a fit, on a machine with a free core."""
 
 
 THUMB_PX = 16
@@ -90,7 +90,7 @@ class DeskPage:
         self.server, self.folder = server, folder
         viewport = {"width": 1280, "height": 850}
         self.page = browser.new_page(**{"viewport": viewport, "accept_downloads": True, **options})
-        self.page.set_default_timeout(WAIT_MS)
+        self.page.set_default_timeout(1000 * limit(WAIT_SECONDS))
         self.complaints: list[str] = []
         self.page.on("console", self._note_message)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
@@ -139,6 +139,15 @@ class DeskPage:
     def wait_for_status(self, words: str) -> None:
         script = "(words) => document.getElementById('fit-status').textContent.includes(words)"
         self.page.wait_for_function(script, arg=words)
+
+    def begins_to_draw(self, seen: int) -> None:
+        """Wait until the page has said that a fit starts, and then that it draws, since its first ``seen`` words."""
+        script = """(seen) => {
+            const later = window.statuses.slice(seen);
+            const start = later.findIndex((text) => text.startsWith("Starting"));
+            return start >= 0 && later.slice(start).some((text) => text.startsWith("Drawing"));
+        }"""
+        self.page.wait_for_function(script, arg=seen)
 
     @contextmanager
     def fitting(self) -> Iterator[None]:

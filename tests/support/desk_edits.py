@@ -16,6 +16,14 @@ RECOLOUR = """([from, to]) => {
     for (const type of ["input", "change"]) fill.dispatchEvent(new Event(type, { bubbles: true }));
 }"""
 
+NOTE_HELLO = """
+const add = EventSource.prototype.addEventListener;
+EventSource.prototype.addEventListener = function (kind, act) {
+    add.call(this, kind, (event) => (act(event), kind === "hello" && (window.hasMet = true)));
+};
+"""
+"""Notes that the server has said hello, and that the page has heard it."""
+
 
 def reload(desk: DeskPage) -> None:
     """Load the page again as soon as it has kept what it has."""

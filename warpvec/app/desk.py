@@ -42,7 +42,12 @@ class PagePicture:
     """A picture that a page has sent, and the fit that waits for it or is under way."""
 
     identifier: str
+    run: str
+    """The run of the server that has it, and its number among all pictures of that run."""
+    number: int
     page: str
+    key: str
+    """The page's own name for it."""
     name: str
     data: bytes = field(repr=False)
     width: int
@@ -50,6 +55,8 @@ class PagePicture:
     status: str = "idle"
     """"idle", "waiting", "fitting", "done", "stopped" or "failed"."""
     job: FitJob | None = None
+    fit: int = 0
+    """The page's own number for the job, which is in all that is told of it: news of another fit may be on its way."""
     last: dict[str, dict[str, Any]] = field(default_factory=dict)
     """The last facts of each kind of report, for a page that is loaded again."""
     share: float = 0.0
@@ -58,7 +65,8 @@ class PagePicture:
     def facts(self) -> dict[str, Any]:
         """Return what a page shows of the picture in its list."""
         size = {"width": self.width, "height": self.height}
-        return {"id": self.identifier, "name": self.name, "status": self.status, **size}
+        own = {"id": self.identifier, "run": self.run, "number": self.number, "key": self.key}
+        return {**own, "name": self.name, "status": self.status, "fit": self.fit, **size}
 
 
 class Desk:
@@ -74,6 +82,7 @@ class Desk:
         self.pages = Pages(self._forget)
         self._waiting: list[PagePicture] = []
         self._running: PagePicture | None = None
+        self._run, self._count = secrets.token_hex(8), 0
         self._number = 0
         self._dropped: set[int] = set()
         self._deadline: asyncio.TimerHandle | None = None
@@ -86,7 +95,9 @@ class Desk:
         """Return a stream of events for ``page``, which begins with all that it has to know."""
         stream = self.pages.join(page)
         own = [picture for picture in self.pictures.values() if picture.page == page]
-        stream.put("hello", {"ready": self.is_ready, "pictures": [p.facts() for p in own]})
+        # A page may learn this after the answer for a picture that came later, which it tells by the number.
+        moment = {"run": self._run, "count": self._count}
+        stream.put("hello", {"ready": self.is_ready, **moment, "pictures": [p.facts() for p in own]})
         for picture in own:
             for kind, facts in picture.last.items():
                 stream.put(kind, {"id": picture.identifier, **facts})
@@ -105,9 +116,10 @@ class Desk:
         """Return whether a picture of ``size`` bytes may be kept beside the others."""
         return size + sum(len(picture.data) for picture in self.pictures.values()) <= KEPT_BYTES
 
-    def add(self, page: str, name: str, data: bytes, size: tuple[int, int]) -> PagePicture:
-        """Keep a picture of ``size`` (width, height) that ``page`` has sent."""
-        picture = PagePicture(secrets.token_hex(8), page, name, data, *size)
+    def add(self, page: str, key: str, name: str, data: bytes, size: tuple[int, int]) -> PagePicture:
+        """Keep a picture of ``size`` (width, height) that ``page`` has sent, which has a ``key`` of its own for it."""
+        self._count += 1
+        picture = PagePicture(secrets.token_hex(8), self._run, self._count, page, key, name, data, *size)
         self.pictures[picture.identifier] = picture
         self.pages.expect(page)
         return picture
@@ -120,10 +132,11 @@ class Desk:
 
     # Fits
 
-    def fit(self, picture: PagePicture, settings: FitSettings, **more: Any) -> None:
+    def fit(self, picture: PagePicture, number: int, settings: FitSettings, **more: Any) -> None:
         """Put a fit of ``picture`` into the queue; it replaces the one that waits or runs.
 
         Args:
+            number: the page's own one for it.
             settings: what the page asks for.
             more: further fields of a `FitJob`.
         """
@@ -132,7 +145,7 @@ class Desk:
         self._number += 1
         share = picture.share if more.get("start") is not None else 0.0
         picture.job = FitJob(self._number, picture.data, picture.name, settings, done_share=share, **more)
-        picture.share = share
+        picture.share, picture.fit = share, number
         picture.last.clear()
         self._waiting.insert(0 if is_first else len(self._waiting), picture)
         self._set_status(picture, "waiting")
@@ -257,11 +270,11 @@ class Desk:
 
     def _set_status(self, picture: PagePicture, status: str) -> None:
         picture.status = status
-        self.pages.send(picture.page, "status", {"id": picture.identifier, "status": status})
+        facts = {"id": picture.identifier, "fit": picture.fit, "status": status}
+        self.pages.send(picture.page, "status", facts)
 
     def _tell(self, picture: PagePicture, kind: str, facts: dict[str, Any]) -> None:
-        assert picture.job is not None
-        picture.last[kind] = {"fit": picture.job.number, **facts}
+        picture.last[kind] = {"fit": picture.fit, **facts}
         self.pages.send(picture.page, kind, {"id": picture.identifier, "at": time.time(), **picture.last[kind]})
 
     def _tell_queue(self) -> None:

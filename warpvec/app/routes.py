@@ -4,9 +4,9 @@ GET    /                        the page
 GET    /events?page=            server-sent events: hello, ready, queue, status, mode, stage, frame, done, failed
 POST   /rest?page=              the page is hidden and gives up its events
 POST   /leave?page=             it is closed, or loaded again
-POST   /pictures?page=&name=    a picture's file in the body -> its facts
+POST   /pictures?page=&key=&name=   a picture's file in the body -> its facts; the key is the page's own name for it
 GET    /pictures/ID/preview     the picture as PNG, for browsers that cannot read its format
-POST   /pictures/ID/fit         {settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it, or go on
+POST   /pictures/ID/fit         {fit, settings, start, before, locked, erased, filled, keepsPaths, cuts}: fit it
 POST   /pictures/ID/measure     SVG text in the body -> its closeness to the picture
 POST   /pictures/ID/stop        end the fit with its best drawing so far
 DELETE /pictures/ID             forget it
@@ -127,12 +127,13 @@ class Routes:
 
     async def add(self, request: Request) -> Response:
         """Add the picture in the body."""
-        page, name = _page_of(request), usable_name(request.query_params.get("name", "picture"))
+        page, key = _page_of(request), _identifier(request, "key")
+        name = usable_name(request.query_params.get("name", "picture"))
         data = await _body(request, MAX_PICTURE_BYTES)
         if not self._desk.has_room(len(data)):
             raise HTTPException(413, "too many pictures are open: remove some from the list")
         size = await asyncio.to_thread(_size_of, data)
-        return JSONResponse(self._desk.add(page, name, data, size).facts(), 201)
+        return JSONResponse(self._desk.add(page, key, name, data, size).facts(), 201)
 
     async def preview(self, request: Request) -> Response:
         """Return a small PNG of a picture."""
@@ -149,9 +150,9 @@ class Routes:
         if not all(text is None or _is_text(text) for text in texts.values()):
             raise InputError("start", "must be SVG text", "something else", "reload the page")
         ways = {"keeps_paths": asked.get("keepsPaths") is True, "cuts": asked.get("cuts") is True}
-        self._desk.fit(picture, settings, locked=_places(asked.get("locked", [])), **ways, **texts)
-        assert picture.job is not None
-        return JSONResponse({**picture.facts(), "fit": picture.job.number}, 202)
+        locked = _places(asked.get("locked", []))
+        self._desk.fit(picture, _number(asked.get("fit", 0)), settings, locked=locked, **ways, **texts)
+        return JSONResponse(picture.facts(), 202)
 
     async def measure(self, request: Request) -> Response:
         """Return the PSNR of the drawing in the body against a picture."""
@@ -236,10 +237,15 @@ async def _wrong_input(request: Request, error: Exception) -> Response:
 
 def _page_of(request: Request) -> str:
     """Return the identifier that a page has given itself."""
-    page = request.query_params.get("page", "")
-    if not (page.isalnum() and len(page) <= 64):
-        raise HTTPException(400, "the page must say which one it is")
-    return page
+    return _identifier(request, "page")
+
+
+def _identifier(request: Request, kind: str) -> str:
+    """Return the identifier of a ``kind`` of thing that a page has made."""
+    text = request.query_params.get(kind, "")
+    if not (text.replace("-", "").isalnum() and len(text) <= 64):
+        raise HTTPException(400, f"the {kind} must be an identifier: reload the page")
+    return text
 
 
 async def _body(request: Request, limit: int) -> bytes:
@@ -287,6 +293,13 @@ def _places(found: object) -> tuple[int, ...]:
         if len(places) == len(found):
             return tuple(sorted(set(places)))
     raise InputError("locked", "must be a list of places of paths", str(found)[:40], "reload the page")
+
+
+def _number(found: object) -> int:
+    """Return a number that a page has given."""
+    if type(found) is int and 0 <= found < 2**53:  # larger ones are not whole numbers on a page
+        return found
+    raise InputError("fit", "must be a whole number", str(found)[:40], "reload the page")
 
 
 def _whole(text: str | None) -> int | None:

@@ -151,11 +151,13 @@ def _text(metrics: dict[str, Any], out: str, verbose: bool) -> str:
         lines.append(f"PSNR {{psnr_as_fitted:.2f}} dB against the {fitted}")
     if "lines" in metrics:
         lines.insert(1, _lines_of(metrics))
+    is_refined = metrics.get("start_psnr") is not None
+    if is_refined:
+        lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
     if metrics.get("grid"):
         share = f"{100.0 * metrics['grid_share']:.0f} % of its numbers are on half units"
-        lines.append(f"drawn on a grid of {metrics['grid']}: {share}; --grid off gives pixels")
-    if metrics.get("start_psnr") is not None:
-        lines[-1] += ", before {start_psnr:.2f} dB (the given file)"
+        hint = "" if is_refined else "; --grid off gives pixels"
+        lines.append(f"drawn on a grid of {metrics['grid']}: {share}{hint}")
     if metrics.get("unchanged"):
         lines.append("the fit found nothing better than the given drawing, which is written unchanged")
     if "internal_psnr" in metrics:

@@ -140,7 +140,7 @@ class Encoding:
         unit = max(height, width) / side
         size = (round(height / unit), round(width / unit))
         sides = self.sides or (str(width), str(height))
-        return replace(self, size=size, precision=self.precision + more_decimals(unit), sides=sides, grid=side)
+        return replace(self, size=size, precision=self.settings.precision + more_decimals(unit), sides=sides, grid=side)
 
     def _in_proportion(self, units: float) -> Encoding:
         """Return the shortest form with about ``units`` per pixel, in the proportions of the picture.

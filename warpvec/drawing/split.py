@@ -36,6 +36,8 @@ def split_texts(drawing: Drawing) -> list[str]:
     What touches is one piece. Pieces are one part if the gap between them is of the narrow kind, as between the lines
     of an icon. Gaps are of two kinds where their widths differ most.
 
+    A drawing in units of a grid has parts in these units, on canvases of whole ones.
+
     Raises:
         InputError: it has too many pieces.
     """
@@ -48,15 +50,17 @@ def split_texts(drawing: Drawing) -> list[str]:
     if count > PIECES_MAX:
         raise InputError("--split", f"must have a drawing of at most {PIECES_MAX:,} pieces", f"{count:,}")
     boxes = np.array([[[s.start, s.stop] for s in box] for box in ndimage.find_objects(labels)])
-    part = _parts(boxes)
+    part, (rows, columns) = _parts(boxes), _canvas(drawing)
+    sides = boxes * [[rows], [columns]] / [[height], [width]]
     parted, owner = _parted(scene, part[_piece_of_loop(scene, labels)])
     texts = []
     for number in range(int(part.max()) + 1):
         own = np.flatnonzero(owner == number)
-        (top, left), (bottom, right) = boxes[part == number, :, 0].min(0), boxes[part == number, :, 1].max(0)
+        top, left = np.floor(sides[part == number, :, 0].min(0)).astype(int).tolist()
+        bottom, right = np.ceil(sides[part == number, :, 1].max(0)).astype(int).tolist()
         if len(own):
-            moved = parted.select(torch.from_numpy(own)).moved(-float(left), -float(top))
-            texts.append(_text(drawing, moved, int(right - left), int(bottom - top)))
+            moved = parted.select(torch.from_numpy(own)).scaled(columns / width, rows / height).moved(-left, -top)
+            texts.append(_text(drawing, moved, right - left, bottom - top))
     return texts
 
 
@@ -98,19 +102,26 @@ def _parted(scene: Scene, part: Integers) -> tuple[Scene, Integers]:
 
 
 def _text(drawing: Drawing, scene: Scene, width: int, height: int) -> str:
-    """Return the text of a part of a ``drawing`` on a canvas of its own, at the scale of the whole."""
+    """Return the text of a part of a ``drawing`` on a canvas of its own, in units of `_canvas`."""
     encoding, picture = drawing.encoding, drawing.encoding.picture
-    sides = encoding.options.sides(picture.width, picture.height)
+    (rows, columns), stated = _canvas(drawing), encoding.sides if encoding.grid else None
+    sides = encoding.options.sides(picture.width, picture.height) or stated
     if sides is not None:
-        sides = _share(sides[0], width / picture.width), _share(sides[1], height / picture.height)
+        sides = _share(sides[0], width / columns), _share(sides[1], height / rows)
     if encoding.is_minified:
         units = flat_units(encoding.settings)
         sides, scene = sides or (str(width), str(height)), scene.scaled(units, units)
         text = write_minified(scene, units * width, units * height, sides, keeps_layers=encoding.keeps_layers)
     else:
-        precision, names = encoding.settings.precision, encoding.layer_names
+        precision, names = encoding.precision, encoding.layer_names
         text = write_svg(scene, width, height, precision=precision, sides=sides, layer_names=names)
     return text_for(text, PURPOSES[encoding.options.purpose]).text
+
+
+def _canvas(drawing: Drawing) -> tuple[float, int]:
+    """Return height and width of the whole in the units of parts: those of the grid, or pixels."""
+    encoding = drawing.encoding
+    return encoding.size if encoding.grid else (encoding.picture.height, encoding.picture.width)
 
 
 def _share(side: str, share: float) -> str:

@@ -170,8 +170,8 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names, simplify=with_simple_outlines)
-    # Minified files have units of their own, and parts that are cut out meet at ticks of pixels.
-    is_in_pixels = encoding.is_minified or settings.cutout
+    # Minified files have units of their own if no grid is given, and parts that are cut out meet at ticks of pixels.
+    is_in_pixels = settings.cutout or (encoding.is_minified and settings.grid == AUTO)
     side = 0 if is_in_pixels else grid_side(scene, encoding.picture.reduced_size, settings.grid)
     encoding = encoding.on_grid(side) if side else encoding
     return Drawing.of(scene, encoding, "cpu", left_out=left_out)

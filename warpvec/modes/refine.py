@@ -11,7 +11,7 @@ from warpvec.config.fit_config import SETTINGS, FitConfig
 from warpvec.config.presets import MINIFIED
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
-from warpvec.drawing.given import encoding_like, place_on_picture
+from warpvec.drawing.given import encoding_like, place_on_picture, precision_of
 from warpvec.errors import InputError
 from warpvec.geometry.joints import with_lines, without_kinds
 from warpvec.geometry.scene import Scene, over_white
@@ -190,7 +190,7 @@ def with_drawing_settings(given: Mapping[str, object], drawing: LoadedSvg) -> di
             raise InputError("segments", f"must be {segments}, as in the SVG", str(given["segments"]), "leave it out")
         decided["segments"] = segments
     if drawing.precision is not None:
-        decided["precision"] = drawing.precision
+        decided["precision"] = precision_of(drawing)
     return {**decided, **given}
 
 

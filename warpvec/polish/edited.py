@@ -12,7 +12,7 @@ from torch import Tensor
 
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
-from warpvec.drawing.given import encoding_like, place_on_picture, read_drawing
+from warpvec.drawing.given import encoding_like, place_on_picture, precision_of, read_drawing
 from warpvec.errors import InputError
 from warpvec.fit.placement import colors_at
 from warpvec.geometry.circles import circle_points
@@ -85,7 +85,8 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
         hole, count = hole_of(picture.pixels, edited.filled), file_facts(edited.filled)["paths"]
         scene = scene.joined(_filling(hole, picture.pixels, count, scene))
         locked = torch.cat([locked, torch.zeros(len(scene) - len(locked), dtype=torch.bool)])
-    precision = settings.precision if given.precision is None else given.precision
+    precision = precision_of(given)
+    precision = settings.precision if precision is None else precision
     settings = replace(settings, curves=max(1, len(scene)), precision=precision)
     encoding = encoding_like(given, data, replace(usual, settings=settings))
     encoding = replace(encoding, title=picture.title, metadata=encoding.metadata or BY_HAND)

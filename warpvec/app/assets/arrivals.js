@@ -62,11 +62,10 @@ export class Arrivals {
   /** Sends a picture, only once however many requests wait for it. */
   async upload(picture) {
     const { desk } = this;
-    picture.arriving ??= desk.server.upload(picture.blob, picture.name);
+    picture.arriving ??= desk.server.upload(picture);
     try {
-      const { id, width, height } = await picture.arriving;
-      // A server that was started again counts its fits anew.
-      Object.assign(picture, { id, width, height, fit: null, lastFit: 0, unwanted: 0 });
+      const { id, run, number, width, height } = await picture.arriving;
+      Object.assign(picture, { id, run, number, width, height });
     } finally {
       picture.arriving = null;
     }

@@ -1,5 +1,6 @@
 /* The desk: pictures come in, the server draws them, and the viewer's page shows and edits the drawing. */
 
+import { nextVersion } from "viewer/commands.js";
 import { find, findAll, findNamed, setText } from "viewer/dom.js";
 import { Arrivals } from "app/arrivals.js";
 import { ControlPanel, settingsForServer } from "app/controls.js";
@@ -120,26 +121,26 @@ export class Desk {
   async requestFit(picture, more, edits = picture?.asked.edits) {
     if (!picture) return;
     clearTimeout(picture.timer);
-    Object.assign(picture, { proposal: "", isStopping: false, moved: null, asked: { positions: picture.positions, edits, more } });
-    // The result of the fit before, if it is on its way, is not wanted any more.
-    picture.unwanted = Math.max(picture.unwanted, picture.lastFit);
+    const asked = { fit: nextVersion(), positions: picture.positions, edits, more };
+    Object.assign(picture, { proposal: "", isStopping: false, moved: null, asked, asking: asked });
     const settings = settingsForServer(picture.positions);
     // Its own drawing has shown what the picture is: a look at the picture alone may say otherwise.
     if ((more.keepsPaths || more.cuts) && picture.mode) settings.mode = picture.mode;
-    const request = { settings, ...more };
+    const request = { fit: asked.fit, settings, ...more };
+    const isWanted = () => picture.asked === asked && this.pictures.includes(picture);
     await this.attempt(async () => {
       if (!picture.id) await this.arrivals.upload(picture);
-      if (!this.pictures.includes(picture)) return;
+      if (!isWanted()) return;
       Object.assign(picture, { status: "waiting", message: "" });
       this.refresh();
-      const { fit } = await this.server.fit(picture.id, request).catch(async (error) => {
+      await this.server.fit(picture.id, request).catch(async (error) => {
         if (error.status !== 404 || !picture.blob) throw error;
         await this.arrivals.upload(picture); // the server has forgotten it
-        return this.server.fit(picture.id, request);
+        if (isWanted()) await this.server.fit(picture.id, request);
       });
-      picture.lastFit = fit;
-      if (picture.isStopping) await this.server.stop(picture.id); // the user did not wait for the answer
+      if (isWanted() && picture.isStopping) await this.server.stop(picture.id); // the user did not wait for the answer
     }, picture);
+    if (picture.asking === asked) picture.asking = null;
   }
 
   /** Fits the edited drawing again; the paths at `locked` stay, and deleted ones are filled in. */

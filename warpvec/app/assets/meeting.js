@@ -19,15 +19,21 @@ export class Meeting {
 
   /** Learns which pictures the server has, and gives it back those that it has lost: it was started again, or this
    * page did not answer for a while, as when the computer slept. */
-  greet({ pictures }) {
+  greet({ run, count, pictures }) {
     const { desk } = this;
     const isFirst = !this.hasMet;
     this.hasMet = true;
-    if (isFirst) this.addUnknown(pictures);
-    const known = new Set(pictures.map(({ id }) => id));
+    if (isFirst && !desk.memory.knows) this.addUnknown(pictures);
+    const known = new Map(pictures.map((facts) => [facts.id, facts]));
+    for (const { id } of desk.removed) if (known.has(id)) desk.server.remove(id).catch(() => {}); // it did not hear of that
     for (const picture of desk.pictures.filter(({ id }) => id)) {
-      if (!known.has(picture.id)) this.giveBack(picture);
-      else if (picture.isBusy && picture.isStopping) desk.stop(picture); // the server may not have heard it
+      // It has come, or is asked for, since the server wrote this.
+      if (picture.asking || (picture.run === run && picture.number > count)) continue;
+      const theirs = known.get(picture.id);
+      // The server may not have heard of the fit before the page was loaded again, or of the wish to stop.
+      if (!theirs) this.giveBack(picture);
+      else if (isFirst && theirs.fit !== picture.asked.fit) this.fitOnceMore(picture);
+      else if (picture.isBusy && picture.isStopping) desk.stop(picture);
     }
     if (!isFirst) return;
     for (const picture of desk.pictures) this.goOn(picture);
@@ -37,9 +43,10 @@ export class Meeting {
   /** Lists the pictures of a page that was loaded again without what it should have kept: the storage is blocked. The
    * state of each picture follows its drawing. */
   addUnknown(pictures) {
-    for (const { status, ...facts } of pictures) {
-      if (this.desk.pictures.some(({ id }) => id === facts.id)) continue; // it was kept, or dropped before the server was found
-      this.desk.pictures.push(Object.assign(new PagePicture(facts.name, null, DEFAULT_POSITIONS), facts, { status: "idle" }));
+    for (const { status, fit, ...facts } of pictures) {
+      if (this.desk.pictures.some(({ key }) => key === facts.key)) continue; // it was dropped before the server was found
+      const picture = new PagePicture(facts.name, null, DEFAULT_POSITIONS);
+      this.desk.pictures.push(Object.assign(picture, facts, { status: "idle", asked: { ...picture.asked, fit } }));
     }
   }
 
@@ -49,17 +56,20 @@ export class Meeting {
     else if (picture.moved && !picture.isBusy) this.desk.fitWithSettings(picture);
   }
 
-  /** Lets a fit that the server has lost begin again, unless the user has stopped it in the meantime. */
   giveBack(picture) {
     if (!picture.blob) return;
     picture.id = null;
-    if (!picture.isBusy) return;
-    if (picture.isStopping) this.desk.results.setStatus(picture, "stopped");
-    else this.fitOnceMore(picture);
+    this.fitOnceMore(picture);
   }
 
-  /** Asks for the fit that was under way: from the last frame if that is shown, but an edited drawing from its start. */
+  /** Asks for a fit that was under way, unless the user has stopped it in the meantime: from the last frame if that is
+   * shown, but an edited drawing from its start. */
   fitOnceMore(picture) {
+    if (!picture.isBusy) return;
+    if (picture.isStopping) {
+      this.desk.results.setStatus(picture, "stopped");
+      return;
+    }
     const { more } = picture.asked;
     const goesOn = this.desk.sheet.shows(picture) && !more.keepsPaths;
     this.desk.requestFit(picture, goesOn ? { ...this.desk.sheet.present(picture), filled: null } : more);

@@ -16,6 +16,8 @@ export class Memory {
   // What was last written of each record: values of which one changes whenever the record does.
   marks = new Map();
   isDue = false;
+  // Whether the page was loaded again with all that it had.
+  knows = false;
   /** @type {Promise<void> | null} */
   writing = null;
 
@@ -44,6 +46,7 @@ export class Memory {
   restore(desk) {
     const text = this.textOf("desk");
     if (!text) return;
+    this.knows = true;
     const { version, pictures, removed, current, positions, side, boxes, chosen } = unpack(text);
     goOnFrom(version);
     const again = (key) => this.pictureOf(key, desk.view);
@@ -124,7 +127,7 @@ export class Memory {
 
 /** Returns the records of a picture: its file, and all else. */
 function recordsOf(picture, { view, sheet }) {
-  const { key, blob, frame, photo, kept, arriving, timer, isBeginning, drawing, ...state } = picture;
+  const { key, blob, frame, photo, kept, arriving, asking, timer, isBeginning, drawing, ...state } = picture;
   const isShown = sheet.shows(picture);
   if (isShown) state.isSaved &&= !view.state.edited;
   const drawn = () => (isShown ? view.packed() : kept && view.packed(kept));

@@ -8,8 +8,11 @@ const STATUS_WORDS = {
 };
 
 export class PagePicture {
-  // What the server knows: its name for the picture, the size, and how many fits are before that of the picture.
+  // What the server knows: its name for the picture, the run of the server that gave it and the number in that run, the
+  // size, and how many fits are before that of the picture.
   id = null;
+  run = "";
+  number = 0;
   width = 0;
   height = 0;
   status = "loading";
@@ -28,8 +31,10 @@ export class PagePicture {
   result = null;
   fit = null;
   isSaved = false;
-  // What the last fit was asked for: the positions of the controls, and what is to become of the edits; see live.js.
-  asked = { positions: null, edits: "dropped", more: {} };
+  // What the last fit was asked for: its number, the positions of the controls, and what is to become of the edits; see
+  // live.js. While the request is under way, it is also `asking`.
+  asked = { fit: 0, positions: null, edits: "dropped", more: {} };
+  asking = null;
   // The drawing with its edits while another picture is shown, and whether a result has come since.
   kept = null;
   isUnseen = false;
@@ -38,9 +43,6 @@ export class PagePicture {
   // What was sent with the last fit, for a server that has forgotten it.
   sent = {};
   isStopping = false;
-  // The number of the last fit that was asked for, and of one that another has replaced.
-  lastFit = 0;
-  unwanted = 0;
   // Whether it is the first of those that came together: it is shown at once.
   isFirst = false;
   // The upload that is under way, and the timer until changed settings take effect.
@@ -49,7 +51,7 @@ export class PagePicture {
   // Whether its file is being read and sent.
   isBeginning = false;
 
-  // Its name in what the page keeps for the time after it is loaded again.
+  // Its name for this page, also after it is loaded again.
   key = crypto.randomUUID();
   // The file of its drawing that was opened, until it is read.
   drawing = null;

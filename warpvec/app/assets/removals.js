@@ -29,7 +29,7 @@ export class Removals {
     const { desk } = this;
     if (!desk.pictures.includes(picture)) return;
     if (desk.sheet.shows(picture)) desk.sheet.keepEdits();
-    desk.removed.push({ picture, place: desk.pictures.indexOf(picture), number: nextVersion() });
+    desk.removed.push({ picture, id: picture.id, place: desk.pictures.indexOf(picture), number: nextVersion() });
     desk.pictures = desk.pictures.filter((other) => other !== picture);
     desk.arrivals.forget(picture);
     Object.assign(picture, { id: null, frame: null });

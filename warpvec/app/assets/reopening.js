@@ -41,7 +41,7 @@ export async function take(picture, { svg, text, figures, width, height }, serve
   // What is changed in it is not known apart from it; of another program, all of it is.
   const isByHand = !stated.mode || Boolean(stated.edited);
   const result = { svg, text, ...figures, ...(await server.measure(picture.id, text)), positions, isByHand };
-  const asked = { positions, edits: "dropped", more: {} };
+  const asked = { ...picture.asked, positions };
   Object.assign(picture, { result, positions, asked, mode: stated.mode ?? null, isSaved: true, status: "done" });
 }
 

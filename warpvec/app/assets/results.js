@@ -14,7 +14,9 @@ export class Results {
     this.desk = desk;
   }
 
+  /** Takes news of a fit. Those of one that another has replaced may still be on their way. */
   update(picture, kind, facts) {
+    if (facts.fit !== picture.asked.fit) return;
     const isShown = this.desk.sheet.shows(picture);
     if (kind === "stage") picture.stage = stageText(facts);
     if (kind === "status") this.setStatus(picture, facts.status);
@@ -29,8 +31,7 @@ export class Results {
       picture.frame = facts;
       if (isShown) this.desk.sheet.showFrameSoon();
     }
-    // The fit that another one has replaced may still end: its result is not wanted. Its last frame is, if the user stops.
-    if (kind === "done" && facts.fit !== picture.unwanted) this.finish(picture, facts);
+    if (kind === "done") this.finish(picture, facts);
     if (kind === "failed") {
       Object.assign(picture, { frame: null, message: facts.message });
       this.giveUp(picture);
@@ -43,7 +44,7 @@ export class Results {
     if (!picture.isBusy) picture.isStopping = false;
     if (status !== "stopped") return;
     // A fit that was stopped before it began leaves the last frame of the one that it was to replace.
-    if (picture.frame) this.finish(picture, { ...picture.frame, psnr: undefined });
+    if (picture.frame) this.finish(picture, { ...picture.frame, fit: picture.asked.fit, psnr: undefined });
     else if (picture.asked.positions !== picture.result?.positions) this.giveUp(picture);
   }
 
@@ -83,7 +84,7 @@ export class Results {
       result.left = await erasing;
     } finally {
       picture.message = "";
-      const isWanted = picture.result === result && picture.isUnseen && result.fit !== picture.unwanted;
+      const isWanted = picture.result === result && picture.isUnseen && result.fit === picture.asked.fit;
       if (isWanted && this.desk.sheet.shows(picture)) this.show(picture);
     }
   }

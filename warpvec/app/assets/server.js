@@ -125,8 +125,8 @@ export class Server {
     return response;
   }
 
-  async upload(blob, name) {
-    const query = new URLSearchParams({ page: this.page, name });
+  async upload({ key, name, blob }) {
+    const query = new URLSearchParams({ page: this.page, key, name });
     return (await this.ask("POST", `pictures?${query}`, blob)).json();
   }
 
