@@ -9,10 +9,10 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, explained, fit_shadow, moved_blur
-from warpvec.flat.softness.shadows import Shadow, channels_of, is_soft
+from warpvec.flat.softness.shadows import Shadow, is_soft
 from warpvec.flat.softness.shapes import coverage
 from warpvec.geometry.scene import Scene
 
@@ -22,13 +22,13 @@ class DrawnCasters:
     """The paths above a shadow, any of which may cast it.
 
     Attributes:
-        image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha.
+        levels: the picture [h, w, C], in levels.
         shapes: the paths.
         shadow: one that is nearly right.
         threads: of the renderer.
     """
 
-    image: Floats32
+    levels: Floats
     shapes: Scene
     shadow: Shadow
     threads: int | None
@@ -99,4 +99,4 @@ class DrawnCasters:
         ground, (height, width) = self.shadow.ground, self.shadow.casters.shape
         covered: Mask = coverage(self.shapes, height, width, self.threads) > SOFTNESS.covered_min
         is_seen = ~ndimage.binary_dilation(covered) & ground.region
-        return Zone(255.0 * channels_of(self.image, ground.below.shape[2]) - ground.below, ground.deviation, is_seen)
+        return Zone(self.levels[..., : ground.below.shape[2]] - ground.below, ground.deviation, is_seen)

@@ -15,8 +15,8 @@ from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, amplitude_of
 from warpvec.image.spread import largest_channel
 
 
-def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
-    """Return the coverage of an ellipse [h, w] and how it is blurred; None if the ``zone`` shows nothing like that."""
+def find_spot(zone: Zone) -> tuple[Floats, Floats, FoundShadow] | None:
+    """Return an ellipse, its parameters [6] and coverage [h, w], and how it is blurred; None if the ``zone`` shows none."""
     rough = _fitted(zone, SOFTNESS.coarse_side // 2, None)
     if rough is None or rough[2] > SOFTNESS.coarse_unexplained:
         return None
@@ -27,7 +27,8 @@ def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
     sharp, sigma = _ellipse(values, *zone.is_seen.shape), float(np.exp(values[5]))
     if sharp[zone.is_seen].sum() < SOFTNESS.spot_seen * sharp.sum():
         return None
-    return sharp, FoundShadow((0.0, 0.0), sigma, *look, unexplained)
+    form = np.array([*values[:2], *np.exp(values[2:4]), values[4], 0.0])
+    return form, sharp, FoundShadow((0.0, 0.0), sigma, *look, unexplained)
 
 
 def _fitted(zone: Zone, side: int, rough: Floats | None) -> tuple[Floats, tuple[Floats, float], float] | None:

@@ -94,8 +94,13 @@ class Casting:
         first, second, marked = borders(pieces, self.ground.is_open)
         return first - 1, second - 1, marked
 
-    def best(self) -> tuple[Casting, Floats, FoundShadow] | None:
-        """Return the coverage [h, w] of what casts the shadow that fits best, and it; None if none does.
+    def within(self, cast: Floats) -> frozenset[int]:
+        """Return the pieces that lie mostly in a coverage ``cast`` [h, w]."""
+        inside = np.bincount(self.ground.pieces.ravel(), cast.ravel(), len(self._sizes))
+        return frozenset(np.flatnonzero(2.0 * inside > self._sizes).tolist()) & self.everything
+
+    def best(self) -> tuple[Casting, frozenset[int], FoundShadow] | None:
+        """Return the pieces that cast the shadow that fits best, and it; None if none does.
 
         With it comes the casting in which slabs of the shadow are no pieces.
         """
@@ -109,8 +114,8 @@ class Casting:
                     found = again
         return found
 
-    def _best(self) -> tuple[Casting, Floats, FoundShadow] | None:
-        zone = self._zone(self.ground.is_open)
+    def _best(self) -> tuple[Casting, frozenset[int], FoundShadow] | None:
+        zone = self.ground.zone(self.change)
         masks = [(chosen, self.mask(chosen)) for chosen in self._starts()]
         masks.sort(key=lambda each: rough_loss(zone, each[1]))
         fits = [(chosen, fit_shadow(zone, mask, None, 1.0)) for chosen, mask in masks[: SOFTNESS.fits_max]]
@@ -118,17 +123,17 @@ class Casting:
         if not tried:
             return None
         _, chosen, look = min(tried, key=lambda each: each[0])
-        settled = self._settled(chosen, look)
+        settled = self.settled(chosen, look)
         if settled is None:
             return None
         chosen, look = settled
         slabs = self._shaded(chosen, look)
         opened = replace(self, ground=self.ground.opened(slabs))
-        again = opened._settled(chosen, look) if slabs else None
+        again = opened.settled(chosen, look) if slabs else None
         casting, (chosen, look) = (self, settled) if again is None else (opened, again)
-        return casting, casting.mask(chosen), look
+        return casting, chosen, look
 
-    def _settled(self, chosen: frozenset[int], look: FoundShadow) -> tuple[frozenset[int], FoundShadow] | None:
+    def settled(self, chosen: frozenset[int], look: FoundShadow) -> tuple[frozenset[int], FoundShadow] | None:
         """Return the pieces that cast the shadow best, and it, from some that nearly do; None if none do."""
         for _ in range(SOFTNESS.rounds):
             before = chosen
@@ -187,10 +192,7 @@ class Casting:
         rest = largest_channel(np.abs(self.change - look.shade_of(mask, self.ground.deviation)))
         is_off = is_open & (rest > self._most(look))
         few = is_off.sum() <= SOFTNESS.cast_off * max(int((is_open & ~self.ground.is_seen).sum()), 1)
-        return self._zone(is_open & ~is_off if few else is_open)
-
-    def _zone(self, is_seen: Mask) -> Zone:
-        return Zone(self.change, self.ground.deviation, is_seen, self.ground.noise)
+        return self.ground.zone(self.change, is_open & ~is_off if few else is_open)
 
 
 def _hull(mask: Mask) -> Mask:

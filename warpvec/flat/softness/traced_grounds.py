@@ -17,6 +17,7 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.regions.regions import Regions
+from warpvec.flat.softness.shadow_fitting import Zone
 from warpvec.image.spread import largest_channel
 
 
@@ -57,6 +58,37 @@ class TracedGround:
     def after(self, levels: Floats) -> TracedGround:
         """Return the ground as the ``levels`` [h, w, C] of another picture of the same shapes show it."""
         return replace(self, is_seen=self.is_open & (_smooth_change(levels - self.below, self.noise) <= self.alike))
+
+    @property
+    def soft_count(self) -> int:
+        """How many of its pixels show something else, though nothing covers it."""
+        return int((self.is_open & ~self.is_seen).sum())
+
+    def zone(self, change: Floats, is_seen: Mask | None = None) -> Zone:
+        """Return what a picture adds to it, a ``change`` [h, w, C], where ``is_seen`` [h, w], or else where it is open."""
+        return Zone(change, self.deviation, self.is_open if is_seen is None else is_seen, self.noise)
+
+    def parts(self) -> Iterator[TracedGround]:
+        """Yield the ground around each thing on it, with its soft light, or around each shape; the largest are first."""
+        for marked in (self.region & ~self.is_seen, self.pieces > 0):
+            things, count = ndimage.label(ndimage.binary_opening(marked, np.ones((2, 2))), np.ones((3, 3)))
+            if not 1 < count <= SOFTNESS.things_max:
+                continue
+            _, (y, x) = ndimage.distance_transform_edt(things == 0, return_indices=True)
+            owner, sizes = things[y, x], np.bincount(things.ravel())
+            for number in 1 + np.argsort(-sizes[1:], kind="stable"):
+                yield self.limited(self.region & (owner == number))
+
+    def limited(self, region: Mask) -> TracedGround:
+        """Return its part in a ``region`` [h, w]."""
+        pieces = np.where(region, self.pieces, 0)
+        return replace(self, region=region, is_open=self.is_open & region, is_seen=self.is_seen & region, pieces=pieces)
+
+    def below_pieces(self, regions: Regions, clean: Floats) -> TracedGround:
+        """Return the ground below the pieces of other ``regions``, of a picture ``clean`` [h, w, C] without its shadow."""
+        pieces = np.where(self.region, _pieces(regions), 0)
+        off = ndimage.median(largest_channel(np.abs(clean - self.below)), pieces, np.arange(pieces.max() + 1))
+        return replace(self, pieces=pieces, is_open=self.region).opened(frozenset(np.flatnonzero(off <= self.alike)))
 
     def opened(self, slabs: frozenset[int]) -> TracedGround:
         """Return the ground with some of its pieces taken for soft light on it."""
