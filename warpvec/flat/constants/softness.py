@@ -179,8 +179,8 @@ class SoftnessConstants:
     """Largest share of the soft zone that is left out. Bits of a thin outline that are no plateaus have 0.02; all of it
     has 0.15."""
 
-    spot_settled: float = 1e-3
-    """Relative change of the error below which its fit ends: the fit of the drawing does the rest."""
+    fitted: float = 1e-3
+    """Relative change of the error below which a fit ends: the fit of the drawing does the rest."""
 
     fine_side: int = 512
     fine_sigma: float = 2.0
@@ -249,8 +249,8 @@ class SoftnessConstants:
     """Largest distances in pixels of shapes that count as one: the first that leaves few enough. Letters become words,
     and words lines."""
 
-    bare_samples: int = 65_536
-    """Most pixels by which it is told which shapes cast a shadow: a quarter of a picture of 512 x 512 px."""
+    samples: int = 16_384
+    """Most pixels to which a shadow is fitted, whose six numbers need no more."""
 
     shape_doubt: float = 0.003
     """Weight of the belief that a shape casts the shadow, in the largest energy of the shadow of one."""

@@ -35,22 +35,34 @@ def find_shadows(
         saved: what it says if it was saved as JPEG; None for no JPEG.
     """
     found: list[Shadow] = []
+    explained: list[Floats] = []
     while len(found) < SOFTNESS.shadows_max and 1 < len(traced) <= SOFTNESS.pieces_max:
-        step = _next(image, traced, is_time_up, saved)
+        step = _next(image, traced, is_time_up, saved, explained)
         if step is None:
             break
         shadow, traced = step
         image = shadow.clean
+        if shadow.look.unexplained <= SOFTNESS.explained and not shadow.ground.is_part:
+            explained.append(shadow.ground.color)
         found.append(shadow)
     return found
 
 
 def _next(
-    image: Floats32, traced: Regions, is_time_up: Callable[[], bool], saved: Evidence | None
+    image: Floats32,
+    traced: Regions,
+    is_time_up: Callable[[], bool],
+    saved: Evidence | None,
+    explained: list[Floats],
 ) -> tuple[Shadow, Regions] | None:
-    """Return the first shadow that pays, and the regions of the picture without it; None without one."""
+    """Return the first shadow that pays, and the regions of the picture without it; None without one.
+
+    Grounds of colours on which all is ``explained`` are not searched again.
+    """
     levels = 255.0 * channels_of(image)
     for ground in find_traced_grounds(levels, traced, saved is not None):
+        if any(np.array_equal(ground.color, color) for color in explained):
+            continue
         for rough in _lights_on(ground, image, traced, is_time_up):
             if saved is not None and _is_bleed(rough.look):
                 continue
@@ -121,7 +133,7 @@ def _shadow_of(
     image: Floats32, casting: Casting, chosen: frozenset[int], look: FoundShadow, regions: Regions
 ) -> Shadow | None:
     """Return the shadow of ``chosen`` pieces with a ``look``; None if that is not soft."""
-    ground, cast = casting.ground, casting.mask(chosen)
+    ground, cast = casting.ground, casting.exact_mask(chosen, look)
     if not is_soft(ground, look):
         return None
     mark = mark_for(ground, image, cast, regions)
@@ -151,7 +163,7 @@ def _measured_again(shadow: Shadow, image: Floats32, is_jpeg: bool) -> tuple[Sha
     ground = shadow.ground.below_pieces(after, 255.0 * channels_of(shadow.clean, shadow.ground.below.shape[2]))
     casting = Casting(ground.after(_change(image, ground) + ground.below), _change(image, ground), after)
     settled = casting.settled(casting.within(shadow.casters), shadow.look)
-    if settled is None or settled[1].unexplained > shadow.look.unexplained:
+    if settled is None:
         return shadow, after
     again = _shadow_of(image, casting, *settled, after)
     return (shadow, after) if again is None else (again, find_regions(again.clean, is_jpeg=is_jpeg))

@@ -77,7 +77,7 @@ def _fit(zone: Zone, start: Floats, sigma_max: float) -> tuple[Floats, tuple[Flo
     low = np.array([-side, -side, 0.0, 0.0, -10.0, np.log(0.25)])
     high = np.array([2 * side, 2 * side, np.log(2 * side), np.log(2 * side), 10.0, np.log(sigma_max)])
     begin = np.clip(start, low + 1e-3, high - 1e-3)
-    scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.spot_settled
+    scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.fitted
     found = least_squares(residual, begin, bounds=(low, high), x_scale=scale, diff_step=1e-3, ftol=settled)
     own = _blurred(found.x, height, width)[zone.is_seen]
     return found.x, amplitude_of(own, seen, varied), float(2.0 * found.cost) / max(float((seen * seen).sum()), 1e-12)

@@ -34,6 +34,7 @@ class TracedGround:
         is_open: where nothing covers it [h, w].
         is_seen: where the picture shows it without a shadow [h, w], in its region.
         pieces: the number of the sharp piece of the tracing that covers it at each pixel [h, w], from 1 on; 0 for none.
+        is_part: whether it is what lies around one of several things.
     """
 
     color: Floats
@@ -44,6 +45,7 @@ class TracedGround:
     is_open: Mask
     is_seen: Mask
     pieces: NDArray[np.int32]
+    is_part: bool = False
 
     @property
     def deviation(self) -> Floats | None:
@@ -82,7 +84,14 @@ class TracedGround:
     def limited(self, region: Mask) -> TracedGround:
         """Return its part in a ``region`` [h, w]."""
         pieces = np.where(region, self.pieces, 0)
-        return replace(self, region=region, is_open=self.is_open & region, is_seen=self.is_seen & region, pieces=pieces)
+        return replace(
+            self,
+            region=region,
+            is_open=self.is_open & region,
+            is_seen=self.is_seen & region,
+            pieces=pieces,
+            is_part=True,
+        )
 
     def below_pieces(self, regions: Regions, clean: Floats) -> TracedGround:
         """Return the ground below the pieces of other ``regions``, of a picture ``clean`` [h, w, C] without its shadow."""

@@ -26,8 +26,12 @@ def without_shadow(
     count = ground.below.shape[2]
     clean = _unshaded(levels[..., :count], ground, cast, look)
     if mark is not None:
-        own = np.where(_is_hidden(clean, ground, cast), cast, 0.0)[..., None]
-        clean = own * mark + (1.0 - own) * clean
+        # Its edge is where the shadow ends.
+        shade = look.shade_of(cast, ground.deviation)
+        seen = share_of(levels[..., :count] - ground.below, shade, np.zeros(3))
+        near = ndimage.binary_dilation(_is_hidden(clean, ground, cast), iterations=2)
+        own = np.where(near, np.where(largest_channel(np.abs(shade)) > SOFTNESS.jump, 1.0 - seen, cast), 0.0)[..., None]
+        clean = own * mark + (1.0 - own) * ground.below
     if count < levels.shape[2]:  # an opaque ground of a transparent picture, which is the same over black and white
         clean = np.concatenate([clean, levels[..., count:] + clean - levels[..., :count]], 2)
     clean = np.clip(clean, 0.0, 255.0) / 255.0
@@ -75,12 +79,12 @@ def _mixed_again(levels: Floats, below: Floats, shade: Floats, pure: Mask, edge:
     """Return the colours of the pixels at an ``edge`` [K, C] by their mix of the nearest ``pure`` one and ``below``."""
     _, (y, x) = ndimage.distance_transform_edt(~pure, return_indices=True)
     own, beside = levels[y, x][edge], (below + shade)[edge]
-    share = _share_of(levels[edge], own, beside)[:, None]
+    share = share_of(levels[edge], own, beside)[:, None]
     mixed: Floats = share * own + (1.0 - share) * below[edge]
     return mixed
 
 
-def _share_of(mixed: Floats, own: Floats, beside: Floats) -> Floats:
+def share_of(mixed: Floats, own: Floats, beside: Floats) -> Floats:
     """Return the share [...] of a colour ``own`` in ``mixed`` ones, beside another [..., C], in levels."""
     span = own - beside
     share: Floats = ((mixed - beside) * span).sum(-1) / np.maximum((span * span).sum(-1), 1.0)
