@@ -70,6 +70,10 @@ class SoftDrawing:
             return None
         sharp, left_out = self.clean.draw(detail)
         scene = self._with_shadows(sharp)
+        if scene is None and sharp.strokes is not None:  # several strokes are no one path that casts a shadow
+            filled = replace(self.clean.config, strokes="off")
+            sharp, left_out = replace(self.clean, config=filled, known=self.clean.outlines).draw(detail)
+            scene = self._with_shadows(sharp)
         left = unexplained(self.hard.rough.mixed(), self.work.image.numpy())
         if scene is None or self._error(scene) > max(SOFTNESS.error_right, left):
             return None

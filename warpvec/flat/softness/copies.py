@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32
 from warpvec.flat.constants.softness import SOFTNESS
@@ -137,7 +138,8 @@ def _shadow_of(
     if not is_soft(ground, look):
         return None
     mark = mark_for(ground, image, cast, regions)
-    return Shadow(cast, ground, look, without_shadow(image, ground, cast, look, mark), None, mark)
+    covered = casting.exact_mask(casting.everything, look)
+    return Shadow(cast, ground, look, without_shadow(image, ground, cast, covered, look, mark), None, mark)
 
 
 def _spot_on(ground: TracedGround, image: Floats32, most: float) -> Shadow | None:
@@ -148,7 +150,8 @@ def _spot_on(ground: TracedGround, image: Floats32, most: float) -> Shadow | Non
     if found is None or found[2].unexplained > most or not is_soft(ground, found[2]):
         return None
     values, cast, look = found
-    return Shadow(cast, ground, look, without_shadow(image, ground, cast, look, None), values)
+    covered = ndimage.binary_dilation(ground.pieces > 0, np.ones((3, 3))).astype(np.float64)
+    return Shadow(cast, ground, look, without_shadow(image, ground, cast, covered, look, None), values)
 
 
 def _change(image: Floats32, ground: TracedGround) -> Floats:

@@ -16,26 +16,48 @@ from warpvec.image.spread import largest_channel
 
 
 def without_shadow(
-    image: Floats32, ground: TracedGround, cast: Floats, look: FoundShadow, mark: Floats | None
+    image: Floats32, ground: TracedGround, cast: Floats, covered: Floats, look: FoundShadow, mark: Floats | None
 ) -> Floats32:
-    """Return the picture [h, w, 3 or 4] without the shadow of a coverage ``cast`` [h, w].
+    """Return the picture [h, w, 3 or 4] without a shadow.
 
-    What casts it in the very colour of the ground has the colour ``mark`` [3], in levels, if there is one.
+    Args:
+        image: the picture, sRGB-encoded in [0, 1], with straight alpha.
+        ground: what the shadow lies on.
+        cast: coverage of what casts it [h, w].
+        covered: coverage of all pieces on the ground [h, w].
+        look: the shadow.
+        mark: the colour [3], in levels, of what casts it in the very colour of the ground; None if nothing does.
     """
     levels = 255.0 * channels_of(image)
     count = ground.below.shape[2]
-    clean = _unshaded(levels[..., :count], ground, cast, look)
+    seen, shade = levels[..., :count] - ground.below, look.shade_of(cast, ground.deviation)
+    covered = np.where(ground.region, np.maximum(covered, _thin_coverage(seen - shade, covered)), 1.0)
+    clean = levels[..., :count] - (1.0 - covered[..., None]) * shade
+    most = 2.0 * ground.alike + SOFTNESS.overlapping * largest_channel(np.abs(shade))
+    is_bare = (covered == 0.0) & (ground.is_seen | (largest_channel(np.abs(clean - ground.below)) <= most))
+    if ground.noise < SOFTNESS.ringing:
+        clean[is_bare] = ground.below[is_bare]
     if mark is not None:
         # Its edge is where the shadow ends.
-        shade = look.shade_of(cast, ground.deviation)
-        seen = share_of(levels[..., :count] - ground.below, shade, np.zeros(3))
-        near = ndimage.binary_dilation(_is_hidden(clean, ground, cast), iterations=2)
-        own = np.where(near, np.where(largest_channel(np.abs(shade)) > SOFTNESS.jump, 1.0 - seen, cast), 0.0)[..., None]
-        clean = own * mark + (1.0 - own) * ground.below
+        near = ndimage.binary_dilation(_is_hidden(levels[..., :count], ground, cast), iterations=2)
+        is_shaded = largest_channel(np.abs(shade)) > SOFTNESS.jump
+        own = np.where(near, np.where(is_shaded, 1.0 - share_of(seen, shade, np.zeros(count)), cast), 0.0)[..., None]
+        clean = np.where(own > 0.0, own * mark + (1.0 - own) * ground.below, clean)
     if count < levels.shape[2]:  # an opaque ground of a transparent picture, which is the same over black and white
         clean = np.concatenate([clean, levels[..., count:] + clean - levels[..., :count]], 2)
     clean = np.clip(clean, 0.0, 255.0) / 255.0
     return (from_mattes(clean) if clean.shape[2] > 3 else clean).astype(np.float32)
+
+
+def _thin_coverage(rest: Floats, covered: Floats) -> Floats:
+    """Return how much of each pixel thin things cover that are no pieces [h, w], by what a shadow leaves of the picture.
+
+    They are far from it, and nothing but them is, away from the pieces that are ``covered`` [h, w].
+    """
+    away = np.where(ndimage.binary_dilation(covered > 0.0, iterations=2), 0.0, largest_channel(np.abs(rest)))
+    most = ndimage.maximum_filter(away, 5)
+    thin: Floats = np.where(most > SOFTNESS.off_levels, away / np.maximum(most, 1.0), 0.0)
+    return thin
 
 
 def mark_for(ground: TracedGround, image: Floats32, cast: Floats, regions: Regions) -> Floats | None:
@@ -55,33 +77,6 @@ def _is_hidden(levels: Floats, ground: TracedGround, cast: Floats) -> Mask:
     """Return the pixels of shapes [h, w] that cast a shadow and have the colour of their ground."""
     is_alike = largest_channel(np.abs(levels - ground.below)) <= 2.0 * ground.alike
     return np.asarray((cast > 0.0) & ndimage.binary_dilation(is_alike & (ground.pieces > 0) & (cast == 1.0)))
-
-
-def _unshaded(levels: Floats, ground: TracedGround, cast: Floats, found: FoundShadow) -> Floats:
-    """Return the picture ``levels`` [h, w, C] without the shadow of a coverage ``cast`` [h, w], below the pieces."""
-    reaches = ndimage.binary_dilation(ground.is_open, iterations=3)
-    above = (ground.pieces > 0) | ~ground.region | ~reaches  # single pixels between two pieces are no ground
-    shade = found.shade_of(cast, ground.deviation)
-    near = ndimage.binary_dilation(above, iterations=2)
-    clean = np.where(above[..., None], levels, levels - shade)
-    # Only edges that the ground reaches are mixed with it; those of letters on a card are mixed of other colours.
-    edge = near & ground.region & reaches
-    inner = ndimage.binary_erosion(above, border_value=1)
-    clean[edge] = _mixed_again(levels, ground.below, shade, inner if inner.any() else above, edge)
-    if ground.noise < SOFTNESS.ringing:
-        is_alike = largest_channel(np.abs(clean - ground.below)) <= 2.0 * ground.alike
-        clear = ~near & ground.region & (ground.is_seen | is_alike)
-        clean[clear] = ground.below[clear]
-    return clean
-
-
-def _mixed_again(levels: Floats, below: Floats, shade: Floats, pure: Mask, edge: Mask) -> Floats:
-    """Return the colours of the pixels at an ``edge`` [K, C] by their mix of the nearest ``pure`` one and ``below``."""
-    _, (y, x) = ndimage.distance_transform_edt(~pure, return_indices=True)
-    own, beside = levels[y, x][edge], (below + shade)[edge]
-    share = share_of(levels[edge], own, beside)[:, None]
-    mixed: Floats = share * own + (1.0 - share) * below[edge]
-    return mixed
 
 
 def share_of(mixed: Floats, own: Floats, beside: Floats) -> Floats:
