@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32
 from warpvec.flat.constants.softness import SOFTNESS
@@ -111,23 +110,31 @@ def _lights_on(
         for part in ground.parts():
             if is_time_up():
                 return
-            found = _copy_on(part, image, regions) or _spot_on(part, image, SOFTNESS.spot_part_unexplained)
+            found = _copy_on(part, image, regions) or _spot_on(part, image, regions, SOFTNESS.spot_part_unexplained)
             if found is not None and found.look.unexplained <= SOFTNESS.part_unexplained:
+                everything = _copy_on(ground, image, regions, found.look) if found.spot is None else None
+                if everything is not None and everything.look.unexplained <= SOFTNESS.well_explained:
+                    yield everything
                 yield found
-        spot = None if is_time_up() else _spot_on(ground, image, SOFTNESS.spot_unexplained)
+        spot = None if is_time_up() else _spot_on(ground, image, regions, SOFTNESS.spot_unexplained)
         if spot is not None:
             yield spot
     if whole is not None:
         yield whole
 
 
-def _copy_on(ground: TracedGround, image: Floats32, regions: Regions) -> Shadow | None:
-    """Return the shadow on a ``ground`` of a picture that copies of its pieces explain best; None without one."""
+def _copy_on(ground: TracedGround, image: Floats32, regions: Regions, look: FoundShadow | None = None) -> Shadow | None:
+    """Return the shadow on a ``ground`` of a picture that copies of its pieces explain best; None without one.
+
+    With a ``look`` it is that of all of them, nearly with this look.
+    """
     if ground.soft_count < SOFTNESS.zone_area:
         return None
     casting = Casting(ground, _change(image, ground), regions)
-    found = casting.best() if casting.everything else None
-    return None if found is None else _shadow_of(image, found[0], found[1], found[2], regions)
+    if not casting.everything:
+        return None
+    found = casting.best() if look is None else casting.finished(casting.everything, look)
+    return None if found is None else _shadow_of(image, *found, regions)
 
 
 def _shadow_of(
@@ -142,7 +149,7 @@ def _shadow_of(
     return Shadow(cast, ground, look, without_shadow(image, ground, cast, covered, look, mark), None, mark)
 
 
-def _spot_on(ground: TracedGround, image: Floats32, most: float) -> Shadow | None:
+def _spot_on(ground: TracedGround, image: Floats32, regions: Regions, most: float) -> Shadow | None:
     """Return a soft spot on a ``ground`` that leaves at ``most`` this share unexplained; None without one."""
     if ground.soft_count < SOFTNESS.zone_area:
         return None
@@ -150,7 +157,8 @@ def _spot_on(ground: TracedGround, image: Floats32, most: float) -> Shadow | Non
     if found is None or found[2].unexplained > most or not is_soft(ground, found[2]):
         return None
     values, cast, look = found
-    covered = ndimage.binary_dilation(ground.pieces > 0, np.ones((3, 3))).astype(np.float64)
+    casting = Casting(ground, _change(image, ground), regions)
+    covered = casting.exact_mask(casting.everything, look, cast)
     return Shadow(cast, ground, look, without_shadow(image, ground, cast, covered, look, None), values)
 
 
@@ -161,12 +169,16 @@ def _change(image: Floats32, ground: TracedGround) -> Floats:
 def _measured_again(shadow: Shadow, image: Floats32, is_jpeg: bool) -> tuple[Shadow, Regions]:
     """Return a shadow of pieces of the picture without it, which has no slabs, and the regions without that shadow."""
     after = find_regions(shadow.clean, is_jpeg=is_jpeg)
-    if shadow.spot is not None:
-        return shadow, after
-    ground = shadow.ground.below_pieces(after, 255.0 * channels_of(shadow.clean, shadow.ground.below.shape[2]))
-    casting = Casting(ground.after(_change(image, ground) + ground.below), _change(image, ground), after)
-    settled = casting.settled(casting.within(shadow.casters), shadow.look)
-    if settled is None:
-        return shadow, after
-    again = _shadow_of(image, casting, *settled, after)
-    return (shadow, after) if again is None else (again, find_regions(again.clean, is_jpeg=is_jpeg))
+    for _ in range(0 if shadow.spot is not None else SOFTNESS.same_rounds):
+        below = shadow.ground.below
+        ground = shadow.ground.below_pieces(after, 255.0 * channels_of(shadow.clean, below.shape[2]))
+        casting = Casting(ground.after(_change(image, ground) + below), _change(image, ground), after)
+        settled = casting.settled(casting.within(shadow.casters), shadow.look)
+        again = None if settled is None else _shadow_of(image, casting, *settled, after)
+        if again is None:
+            break
+        is_settled = abs(math.log(again.look.sigma / shadow.look.sigma)) < SOFTNESS.settled
+        shadow, after = again, find_regions(again.clean, is_jpeg=is_jpeg)
+        if is_settled:
+            break
+    return shadow, after

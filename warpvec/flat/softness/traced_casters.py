@@ -19,7 +19,7 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.regions.regions import Regions
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, explained, fit_shadow, moved_blur, rough_loss
-from warpvec.flat.softness.traced_grounds import TracedGround, borders
+from warpvec.flat.softness.traced_grounds import TracedGround, borders, painted
 from warpvec.flat.softness.unshading import share_of
 from warpvec.image.spread import largest_channel
 
@@ -96,11 +96,14 @@ class Casting:
         first, second, marked = borders(pieces, self.ground.is_open)
         return first - 1, second - 1, marked
 
-    def exact_mask(self, chosen: frozenset[int], look: FoundShadow) -> Floats:
-        """Return what `mask` does, with edges by how their colours are mixed of the pieces and of the shaded ground."""
+    def exact_mask(self, chosen: frozenset[int], look: FoundShadow, cast: Floats | None = None) -> Floats:
+        """Return what `mask` does, with edges by how their colours are mixed of the pieces and of the shaded ground.
+
+        The shadow is that of a coverage ``cast`` [h, w], or else of the ``chosen`` pieces.
+        """
         exact = self.mask(chosen)
         near, own, is_pure = self._edges
-        shade = look.shade_of(exact, self.ground.deviation)
+        shade = look.shade_of(exact if cast is None else cast, self.ground.deviation)
         is_own = near & ndimage.binary_dilation(np.isin(self.ground.pieces, list(chosen)) & is_pure, np.ones((3, 3)))
         exact[near] = np.where(is_own[near], share_of(self.change[near], own, shade[near]), 0.0)
         return np.asarray(exact)
@@ -114,10 +117,7 @@ class Casting:
         """
         pieces = self.ground.pieces
         _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
-        columns, rows = np.meshgrid(*(np.arange(size, dtype=np.float32) + 0.5 for size in pieces.shape[::-1]))
-        mixed = self.regions.paints.at(self.regions.label[y, x], columns, rows).astype(np.float64)
-        over = np.concatenate([mixed[..., :3], mixed[..., :3] + 1.0 - mixed[..., 3:]], 2)[..., : self.change.shape[2]]
-        own = 255.0 * over - self.ground.below
+        own = painted(self.regions, self.regions.label[y, x])[..., : self.change.shape[2]] - self.ground.below
         is_pure = (pieces > 0) & (largest_channel(np.abs(self.change - own)) <= self.ground.alike)
         has_pure = np.bincount(pieces.ravel(), is_pure.ravel()) > 0
         beside = ndimage.binary_dilation(self.ground.is_open, iterations=4)
@@ -144,10 +144,14 @@ class Casting:
         settled = None if found is None else found[0].settled(*found[1:])
         if found is None or settled is None:
             return None
-        casting, slabs = found[0], found[0]._shaded(*settled)
-        opened = replace(casting, ground=casting.ground.opened(slabs))
-        again = opened.settled(settled[0] - slabs, settled[1]) if slabs else None
-        return (casting, *settled) if again is None else (opened, *again)
+        return found[0].finished(*settled) or (found[0], *settled)
+
+    def finished(self, chosen: frozenset[int], look: FoundShadow) -> tuple[Casting, frozenset[int], FoundShadow] | None:
+        """Return what `best` does, from ``chosen`` pieces and a ``look`` on; None if they cast no shadow."""
+        slabs = self._shaded(chosen, look)
+        opened = replace(self, ground=self.ground.opened(slabs)) if slabs else self
+        settled = opened.settled(chosen - slabs, look)
+        return None if settled is None else (opened, *settled)
 
     def _rough(self) -> tuple[Casting, frozenset[int], FoundShadow] | None:
         """Return the pieces whose shadow fits best in a small copy, of all together and each alone."""

@@ -99,6 +99,12 @@ class TracedGround:
         off = ndimage.median(largest_channel(np.abs(clean - self.below)), pieces, np.arange(pieces.max() + 1))
         return replace(self, pieces=pieces, is_open=self.region).opened(frozenset(np.flatnonzero(off <= self.alike)))
 
+    def reaching(self, soft: Mask) -> TracedGround:
+        """Return the ground with what it reaches through ``soft`` pixels [h, w], which a tracing took for its pieces."""
+        found = ndimage.binary_propagation(self.is_open, mask=self.is_open | (soft & self.region))
+        pieces = np.where(found, 0, self.pieces)
+        return replace(self, pieces=pieces, is_open=self.region & ~ndimage.binary_dilation(pieces > 0, np.ones((3, 3))))
+
     def opened(self, slabs: frozenset[int]) -> TracedGround:
         """Return the ground with some of its pieces taken for soft light on it."""
         pieces = np.where(np.isin(self.pieces, list(slabs)), 0, self.pieces)
@@ -119,6 +125,8 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
     least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
     large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
     edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
+    off = largest_channel(np.abs(levels - painted(regions, label)[..., : levels.shape[2]]))
+    is_pure = ndimage.binary_dilation(off <= SOFTNESS.alike, np.ones((3, 3)))
     for k in large[: SOFTNESS.grounds_max]:
         is_clear = bool(regions.paints.opacity[k] == 0.0)
         if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
@@ -127,7 +135,7 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
         for each in edges:
             ground = _ground(shown, (label == k) & (regions.share == 1.0), each, pieces, k in at_border, noise)
             if ground is not None:
-                yield ground
+                yield ground.reaching(~is_pure & ~each) if ground.noise < SOFTNESS.ringing else ground
 
 
 def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
@@ -139,6 +147,13 @@ def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
     if pure.sum() < 0.5 * own.sum():
         return own
     return own & ndimage.binary_dilation(pure, np.ones((3, 3)))
+
+
+def painted(regions: Regions, label: NDArray[np.int32]) -> Floats:
+    """Return the colours of ``regions`` by a map of their numbers, ``label`` [h, w], over black and white [h, w, 6]."""
+    columns, rows = np.meshgrid(*(np.arange(size, dtype=np.float32) + 0.5 for size in label.shape[::-1]))
+    mixed = 255.0 * regions.paints.at(label, columns, rows).astype(np.float64)
+    return np.concatenate([mixed[..., :3], mixed[..., :3] + 255.0 - mixed[..., 3:]], 2)
 
 
 def _near_edges(label: NDArray[np.int32]) -> Mask:
