@@ -31,7 +31,8 @@ def without_shadow(
     levels = 255.0 * channels_of(image)
     count = ground.below.shape[2]
     seen, shade = levels[..., :count] - ground.below, look.shade_of(cast, ground.deviation)
-    covered = np.where(ground.region, np.maximum(covered, _thin_coverage(seen - shade, covered)), 1.0)
+    reaches = ground.region & ndimage.binary_dilation(ground.is_open, iterations=3)  # not a pixel between two pieces
+    covered = np.where(reaches, np.maximum(covered, _thin_coverage(seen - shade, covered)), 1.0)
     clean = levels[..., :count] - (1.0 - covered[..., None]) * shade
     most = 2.0 * ground.alike + SOFTNESS.overlapping * largest_channel(np.abs(shade))
     is_bare = (covered == 0.0) & (ground.is_seen | (largest_channel(np.abs(clean - ground.below)) <= most))
@@ -43,10 +44,10 @@ def without_shadow(
         is_shaded = largest_channel(np.abs(shade)) > SOFTNESS.jump
         own = np.where(near, np.where(is_shaded, 1.0 - share_of(seen, shade, np.zeros(count)), cast), 0.0)[..., None]
         clean = np.where(own > 0.0, own * mark + (1.0 - own) * ground.below, clean)
-    if count < levels.shape[2]:  # an opaque ground of a transparent picture, which is the same over black and white
-        clean = np.concatenate([clean, levels[..., count:] + clean - levels[..., :count]], 2)
     clean = np.clip(clean, 0.0, 255.0) / 255.0
-    return (from_mattes(clean) if clean.shape[2] > 3 else clean).astype(np.float32)
+    if count < levels.shape[2]:  # an opaque ground of a transparent picture
+        clean = np.where(ground.region[..., None], np.dstack([clean, image[..., 3]]), image)
+    return (from_mattes(clean) if clean.shape[2] > 4 else clean).astype(np.float32)
 
 
 def _thin_coverage(rest: Floats, covered: Floats) -> Floats:
