@@ -1,4 +1,4 @@
-"""Find shadows that are copies of traced pieces, moved and blurred, and soft spots; take those that shorten the words."""
+"""Find shadows, which are copies of traced pieces, moved and blurred, and soft spots, if they shorten the drawing."""
 
 from __future__ import annotations
 

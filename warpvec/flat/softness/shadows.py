@@ -1,7 +1,7 @@
 """What a shadow, a glow or a soft spot is, and the picture without it.
 
-A transparent picture is looked at over black and over white at once: it has C = 6 channels here where an opaque one, and
-an opaque shape of a transparent one, has 3.
+A transparent picture is looked at over black and over white at once: it has C = 6 channels here where an opaque one,
+and an opaque shape of a transparent one, has 3.
 """
 
 from __future__ import annotations

@@ -67,11 +67,11 @@ class TracedGround:
         return int((self.is_open & ~self.is_seen).sum())
 
     def zone(self, change: Floats, is_seen: Mask | None = None) -> Zone:
-        """Return what a picture adds to it, a ``change`` [h, w, C], where ``is_seen`` [h, w], or else where it is open."""
+        """Return what a picture adds to it, ``change`` [h, w, C], where ``is_seen`` [h, w], or else where it is open."""
         return Zone(change, self.deviation, self.is_open if is_seen is None else is_seen, self.noise)
 
     def parts(self) -> Iterator[TracedGround]:
-        """Yield the ground around each thing on it, with its soft light, or around each shape; the largest are first."""
+        """Yield the ground around each thing on it, with its soft light, and around each shape; the largest first."""
         for marked in (self.region & ~self.is_seen, self.pieces > 0):
             things, count = ndimage.label(ndimage.binary_opening(marked, np.ones((2, 2))), np.ones((3, 3)))
             if not 1 < count <= SOFTNESS.things_max:
@@ -94,7 +94,7 @@ class TracedGround:
         )
 
     def below_pieces(self, regions: Regions, clean: Floats) -> TracedGround:
-        """Return the ground below the pieces of other ``regions``, of a picture ``clean`` [h, w, C] without its shadow."""
+        """Return the ground below the pieces of other ``regions``, of the picture ``clean`` [h, w, C] of its shadow."""
         pieces = np.where(self.region, _pieces(regions), 0)
         off = ndimage.median(largest_channel(np.abs(clean - self.below)), pieces, np.arange(pieces.max() + 1))
         return replace(self, pieces=pieces, is_open=self.region).opened(frozenset(np.flatnonzero(off <= self.alike)))

@@ -51,7 +51,7 @@ def without_shadow(
 
 
 def _thin_coverage(rest: Floats, covered: Floats) -> Floats:
-    """Return how much of each pixel thin things cover that are no pieces [h, w], by what a shadow leaves of the picture.
+    """Return how much of each pixel thin things that are no pieces cover [h, w], by what a shadow leaves of a picture.
 
     They are far from it, and nothing but them is, away from the pieces that are ``covered`` [h, w].
     """
