@@ -97,13 +97,17 @@ class SoftnessConstants:
     A picture of 1024 px takes a quarter of the time in it, and a kernel of less than 2 px is badly sampled."""
 
     coarse_unexplained: float = 0.3
-    """The same for a soft spot in the small copy."""
+    """The same in the small copy."""
 
     shadows_max: int = 6
     """Most shadows of a picture, each with a look of its own."""
 
     things_max: int = 12
     """Most things on a ground around each of which a shadow is looked for; more are taken for letters of a text."""
+
+    part_seen: float = 0.1
+    """Least share of the region around one of several things that shows the bare ground. Around buttons with a glow
+    0.24 and more does, between the letters and fields of a form 0 to 0.09."""
 
     part_unexplained: float = 0.05
     """The same around one of several things: shadows there leave below 0.01."""

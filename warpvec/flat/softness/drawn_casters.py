@@ -66,7 +66,9 @@ class DrawnCasters:
     def _toggled(self, chosen: frozenset[int], look: FoundShadow) -> frozenset[int]:
         """Return the ``chosen`` paths with each that helps to explain the picture, and without each that does not."""
         loss = self._loss(chosen, look)
-        for k in sorted(range(len(self._covers)), key=lambda k: -self._covers[k].sum()):
+        region = self.shadow.ground.region
+        inside = [k for k, own in enumerate(self._covers) if 2.0 * own[region].sum() > own.sum()]
+        for k in sorted(inside, key=lambda k: -self._covers[k].sum()):
             other = chosen ^ {k}
             again = self._loss(other, look)
             if again < SOFTNESS.better * loss or (k in chosen and again <= loss / SOFTNESS.better):

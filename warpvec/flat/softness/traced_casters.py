@@ -141,8 +141,10 @@ class Casting:
                 again = replace(self, ground=self.ground.opened(slabs))._rough()
                 if again is not None and (found is None or again[2].unexplained < found[2].unexplained):
                     found = again
-        settled = None if found is None else found[0].settled(*found[1:])
-        if found is None or settled is None:
+        if found is None or found[2].unexplained > SOFTNESS.coarse_unexplained:
+            return None
+        settled = found[0].settled(*found[1:])
+        if settled is None:
             return None
         return found[0].finished(*settled) or (found[0], *settled)
 

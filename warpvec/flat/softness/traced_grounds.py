@@ -79,7 +79,9 @@ class TracedGround:
             _, (y, x) = ndimage.distance_transform_edt(things == 0, return_indices=True)
             owner, sizes = things[y, x], np.bincount(things.ravel())
             for number in 1 + np.argsort(-sizes[1:], kind="stable"):
-                yield self.limited(self.region & (owner == number))
+                part = self.limited(self.region & (owner == number))
+                if part.is_seen.sum() >= SOFTNESS.part_seen * part.region.sum():
+                    yield part
 
     def limited(self, region: Mask) -> TracedGround:
         """Return its part in a ``region`` [h, w]."""

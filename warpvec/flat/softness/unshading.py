@@ -44,10 +44,13 @@ def without_shadow(
         is_shaded = largest_channel(np.abs(shade)) > SOFTNESS.jump
         own = np.where(near, np.where(is_shaded, 1.0 - share_of(seen, shade, np.zeros(count)), cast), 0.0)[..., None]
         clean = np.where(own > 0.0, own * mark + (1.0 - own) * ground.below, clean)
+    if count < levels.shape[2]:  # an opaque ground of a transparent picture, which is the same over black and white
+        clean = np.concatenate([clean, levels[..., count:] + clean - levels[..., :count]], 2)
     clean = np.clip(clean, 0.0, 255.0) / 255.0
-    if count < levels.shape[2]:  # an opaque ground of a transparent picture
-        clean = np.where(ground.region[..., None], np.dstack([clean, image[..., 3]]), image)
-    return (from_mattes(clean) if clean.shape[2] > 4 else clean).astype(np.float32)
+    found = (from_mattes(clean) if clean.shape[2] > 3 else clean).astype(np.float32)
+    if count < levels.shape[2]:
+        found[..., 3] = image[..., 3]
+    return found
 
 
 def _thin_coverage(rest: Floats, covered: Floats) -> Floats:
@@ -69,7 +72,7 @@ def mark_for(ground: TracedGround, image: Floats32, cast: Floats, regions: Regio
     levels = 255.0 * channels_of(image, ground.below.shape[2])
     if len(ground.color) > 3 or not ndimage.binary_erosion(_is_hidden(levels, ground, cast)).any():
         return None
-    choices = 127.5 * np.stack(np.indices((3, 3, 3)), -1).reshape(27, 3)
+    choices = 127.5 * np.indices((3, 3, 3)).reshape(3, 27).T
     known = 255.0 * np.concatenate([regions.paints.color, ground.color[None] / 255.0])
     return np.asarray(choices[np.abs(choices[:, None] - known).max(2).min(1).argmax()])
 
