@@ -16,7 +16,7 @@ from warpvec.image.spread import largest_channel
 
 
 def find_spot(zone: Zone) -> tuple[Floats, Floats, FoundShadow] | None:
-    """Return an ellipse, by parameters [6] and coverage [h, w], and how it is blurred; None if the ``zone`` has none."""
+    """Return an ellipse, by parameters [6] and coverage [h, w], and its look; None if the ``zone`` shows no spot."""
     rough = _fitted(zone, SOFTNESS.coarse_side // 2, None)
     if rough is None or rough[2] > SOFTNESS.coarse_unexplained:
         return None

@@ -110,7 +110,7 @@ class Casting:
 
     @cached_property
     def _edges(self) -> tuple[Mask, Floats, Mask]:
-        """The pixels between pieces and the open ground [h, w], the colour of a piece there [K, C], and its pure pixels.
+        """The pixels between pieces and the open ground [h, w], the colour of a piece there [K, C], and pure pixels.
 
         Colours are those that the paint of the nearest piece adds to the ground. Pixels [h, w] are pure if they have
         it; a shadow beside the piece may have been taken for a part of it. Pieces without pure pixels have no edges.
@@ -179,7 +179,7 @@ class Casting:
         return chosen, look
 
     def _shaded(self, chosen: frozenset[int], look: FoundShadow) -> frozenset[int]:
-        """Return the pieces that look like the ground in the shadow of the other ``chosen`` ones: slabs of a tracing."""
+        """Return the pieces that look like the ground in the shadow of other ``chosen`` ones: slabs of a tracing."""
         first, second, _ = self._borders
         touching = frozenset(first[np.isin(second, list(chosen)) & (first != second)].tolist())
         outer = frozenset(first[self.ground_like[second]].tolist())

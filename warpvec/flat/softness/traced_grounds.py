@@ -67,7 +67,7 @@ class TracedGround:
         return int((self.is_open & ~self.is_seen).sum())
 
     def zone(self, change: Floats, is_seen: Mask | None = None) -> Zone:
-        """Return what a picture adds to it, ``change`` [h, w, C], where ``is_seen`` [h, w], or else where it is open."""
+        """Return what a picture adds, ``change`` [h, w, C], where ``is_seen`` [h, w], or else where it is open."""
         return Zone(change, self.deviation, self.is_open if is_seen is None else is_seen, self.noise)
 
     def parts(self) -> Iterator[TracedGround]:
@@ -102,7 +102,7 @@ class TracedGround:
         return replace(self, pieces=pieces, is_open=self.region).opened(frozenset(np.flatnonzero(off <= self.alike)))
 
     def reaching(self, soft: Mask) -> TracedGround:
-        """Return the ground with what it reaches through ``soft`` pixels [h, w], which a tracing took for its pieces."""
+        """Return the ground with what it reaches through ``soft`` pixels [h, w], which a tracing took for pieces."""
         found = ndimage.binary_propagation(self.is_open, mask=self.is_open | (soft & self.region))
         pieces = np.where(found, 0, self.pieces)
         return replace(self, pieces=pieces, is_open=self.region & ~ndimage.binary_dilation(pieces > 0, np.ones((3, 3))))
