@@ -56,12 +56,12 @@ class SoftnessConstants:
     that of a button on its card 380. The sky between two houses is explained by a sigma of 27 px on 821 pixels."""
 
     unexplained: float = 0.12
-    """Share of the energy of a soft zone that a spot may leave unexplained, and a slab that is soft light. Those that were
-    drawn leave below 0.02, gradients beside a shape 0.3 and more."""
+    """Share of the energy of a soft zone that a spot may leave unexplained, and a slab that is soft light. Those that
+    were drawn leave below 0.02, gradients beside a shape 0.3 and more."""
 
     error_right: float = 2.0
-    """Largest error of a drawing with soft paths, the root of the mean square in levels, if regions leave less. The logo
-    of the tests has 1.8, a page of cards with 100 paths 1.5."""
+    """Largest error of a drawing with soft paths, the root of the mean square in levels, if regions leave less. The
+    logo of the tests has 1.8, a page of cards with 100 paths 1.5."""
 
     clean_max: float = 6.0 / 255.0
     """Largest difference of two pixels of a picture without its soft spots if nothing else is on its ground."""
@@ -114,7 +114,8 @@ class SoftnessConstants:
 
     well_explained: float = 0.005
     """Share that a shadow may leave unexplained before slabs beside the shapes are tried as parts of it, and up to
-    which the look of one shape's shadow is that of all. Glows of two colours leave 0.09, one shadow of two shapes 0.0003."""
+    which the look of one shape's shadow is that of all. Glows of two colours leave 0.09, one shadow of two shapes
+    0.0003."""
 
     explained: float = 0.02
     """The same for a shadow of all shapes, after which neither parts nor a spot are tried, nor its ground again."""
