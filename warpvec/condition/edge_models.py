@@ -100,6 +100,7 @@ def fit_edges(patches: Floats, kernel: str) -> EdgeFit:
     for _ in range(CONDITION.patch_rounds):
         tried = known + _move(kernel, known, levels, damping)
         tried[2] = tried[2].clip(-CONDITION.curvature_max, CONDITION.curvature_max)
+        tried[3:] = tried[3:].clip(0.0, 255.0)  # or shading beside a side of 255 levels looks like the rim of 400
         new = _cost(kernel, tried, levels)
         is_better = new < cost
         known, cost = np.where(is_better, tried, known), np.where(is_better, new, cost)

@@ -22,6 +22,10 @@ class SoftnessConstants:
     plate_share: float = 0.1
     """Least share of the picture that a ground inside it has."""
 
+    shaded_unexplained: float = 0.02
+    """Largest share of the energy beside a gradient along a line that a shadow may leave of such an area. The pages
+    with a card leave 0.002 to 0.01."""
+
     graded_rounds: int = 6
     """Times that the gradient of a ground is fitted without the pixels that are off. Those in a shadow are found in the
     first two."""

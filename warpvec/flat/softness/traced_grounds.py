@@ -17,6 +17,7 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.regions.regions import Regions
+from warpvec.flat.softness.shaded_grounds import fit_shaded_ground
 from warpvec.flat.softness.shadow_fitting import Zone
 from warpvec.image.spread import largest_channel
 
@@ -175,16 +176,19 @@ def _ground(
     if area.sum() < SOFTNESS.zone_area:
         return None
     found = _flat(levels, area) or _graded(levels, area)
-    if found is None:
+    if found is None and not is_outer:
         return None
-    below, color, is_flat, noise = found
-    noise = max(noise, noise_min)
     soft = _reached(pieces, np.unique(pieces[area]), edges)
     soft[0] = True  # pixels of no piece
     is_soft = soft[pieces]
     region = np.ones_like(area) if is_outer else with_filled_holes(is_soft)
     covering = np.where(region & ~is_soft, pieces, 0)
     is_open = region & is_soft & ~ndimage.binary_dilation(covering > 0, np.ones((3, 3)))
+    found = found or _shaded(levels, is_open, covering > 0)
+    if found is None:
+        return None
+    below, color, is_flat, noise = found
+    noise = max(noise, noise_min)
     ground = TracedGround(color, below, is_flat, noise, region, is_open, is_open, covering)
     return ground.after(levels)
 
@@ -283,6 +287,12 @@ def _graded(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | 
     y, x = np.indices(area.shape)
     below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
     return below, np.median(below[rows, columns], axis=0), False, noise
+
+
+def _shaded(levels: Floats, area: Mask, casters: Mask) -> tuple[Floats, Floats, bool, float] | None:
+    """Return what `_flat` does of an ``area`` [h, w] of a gradient that ``casters`` [h, w] shade; None if not."""
+    below = fit_shaded_ground(levels, area, casters)
+    return None if below is None else (below, np.median(below[area], axis=0), False, _noise_of(levels, area))
 
 
 def _smooth_change(change: Floats, noise: float) -> Floats:
