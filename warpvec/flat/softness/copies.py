@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,18 +34,65 @@ def find_shadows(
         is_time_up: whether the search is to end.
         saved: what it says if it was saved as JPEG; None for no JPEG.
     """
-    found: list[Shadow] = []
+    steps: list[_Step] = []
     explained: list[Floats] = []
-    while len(found) < SOFTNESS.shadows_max and 1 < len(traced) <= SOFTNESS.pieces_max:
+    while len(steps) < SOFTNESS.shadows_max and 1 < len(traced) <= SOFTNESS.pieces_max:
         step = _next(image, traced, is_time_up, saved, explained)
         if step is None:
             break
-        shadow, traced = step
-        image = shadow.clean
+        shadow = step.shadow
         if shadow.look.unexplained <= SOFTNESS.explained and not shadow.ground.is_part:
             explained.append(shadow.ground.color)
-        found.append(shadow)
-    return found
+        joint = steps and _joint(steps[-1], step, saved)
+        steps = [*steps[:-1], joint] if joint else [*steps, step]
+        image, traced = steps[-1].shadow.clean, steps[-1].after
+    return [step.shadow for step in steps]
+
+
+@dataclass(frozen=True)
+class _Step:
+    """One shadow of a picture.
+
+    Attributes:
+        image: the picture with it [h, w, 3 or 4].
+        before: the regions of that.
+        ground: the whole ground that the shadow lies on a part of, or on.
+        shadow: the shadow.
+        after: the regions of the picture without it.
+        nats: what it saves.
+    """
+
+    image: Floats32
+    before: Regions
+    ground: TracedGround
+    shadow: Shadow
+    after: Regions
+    nats: float
+
+
+def _joint(first: _Step, second: _Step, saved: Evidence | None) -> _Step | None:
+    """Return two successive shadows as one of all that casts them, if that is shorter; None if not.
+
+    A rough tracing swells some shapes, so that the shadow of several is found part by part.
+    """
+    one, two = first.shadow, second.shadow
+    if one.spot is not None or two.spot is not None or not np.array_equal(one.ground.color, two.ground.color):
+        return None
+    both = replace(two, casters=np.maximum(one.casters, two.casters), ground=first.ground)
+    rough, _ = _measured_again(both, first.image, saved is not None)
+    shadow, after = _measured_again(rough, first.image, saved is not None)
+    if shadow is both:
+        return None
+    nats = _gain_in(first.image, first.before, shadow, after, saved)
+    return replace(first, shadow=shadow, after=after, nats=nats) if nats > first.nats + second.nats else None
+
+
+def _gain_in(image: Floats32, traced: Regions, shadow: Shadow, after: Regions, saved: Evidence | None) -> float:
+    """Return what `gain` does of an ``image`` [h, w, 3 or 4]; arguments as for `find_shadows`."""
+    seen = 255.0 * channels_of(image)[..., -3:]  # a transparent picture over white
+    if saved is not None:
+        return gain(replace(saved, levels=seen), traced, shadow, after)
+    return gain(Evidence(seen, np.full(3, math.sqrt(ROUNDING + shadow.ground.noise**2))), traced, shadow, after)
 
 
 def _next(
@@ -54,8 +101,8 @@ def _next(
     is_time_up: Callable[[], bool],
     saved: Evidence | None,
     explained: list[Floats],
-) -> tuple[Shadow, Regions] | None:
-    """Return the first shadow that pays, and the regions of the picture without it; None without one.
+) -> _Step | None:
+    """Return the first shadow that pays; None without one.
 
     Grounds of colours on which all is ``explained`` are not searched again.
     """
@@ -67,14 +114,12 @@ def _next(
             if saved is not None and _is_bleed(rough.look):
                 continue
             shadow, after = _measured_again(rough, image, saved is not None)
-            seen = levels[..., -3:]  # a transparent picture over white
-            evidence = Evidence(seen, np.full(3, math.sqrt(ROUNDING + ground.noise**2)))
-            nats = gain(evidence if saved is None else replace(saved, levels=seen), traced, shadow, after)
+            nats = _gain_in(image, traced, shadow, after, saved)
             if are_wanted():
                 place = box_of(np.argwhere(shadow.casters > 0.5)[:, ::-1].astype(np.float64))
                 note(Decision("shadow", place, "regions", f"blur of {shadow.look.sigma:.2f} px", nats, 0.0, nats > 0.0))
             if nats > 0.0:
-                return shadow, after
+                return _Step(image, traced, ground, shadow, after, nats)
     return None
 
 

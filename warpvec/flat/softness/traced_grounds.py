@@ -120,7 +120,7 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
 
     What ends at an edge is asked twice, as the steepest shadows bend as much as faint edges.
     """
-    label, pieces = regions.label, _pieces(regions)
+    label = regions.label
     sizes = np.bincount(label.ravel(), minlength=len(regions))
     noise = _noise_of(levels, _near_edges(label), is_jpeg)
     at_border = set(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]).tolist())
@@ -128,6 +128,7 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
     least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
     large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
     edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
+    cut = [(each, _pieces(regions, each)) for each in edges]
     off = largest_channel(np.abs(levels - painted(regions, label)[..., : levels.shape[2]]))
     is_pure = ndimage.binary_dilation(off <= SOFTNESS.alike, np.ones((3, 3)))
     for k in large[: SOFTNESS.grounds_max]:
@@ -135,7 +136,7 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
         if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
             continue
         shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
-        for each in edges:
+        for each, pieces in cut:
             ground = _ground(shown, (label == k) & (regions.share == 1.0), each, pieces, k in at_border, noise)
             if ground is not None:
                 yield ground.reaching(~is_pure & ~each) if ground.noise < SOFTNESS.ringing else ground
@@ -225,15 +226,39 @@ def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32],
     return first, second, is_marked
 
 
-def _pieces(regions: Regions) -> NDArray[np.int32]:
-    """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on."""
+def _pieces(regions: Regions, edges: Mask | None = None) -> NDArray[np.int32]:
+    """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on.
+
+    Where ``edges`` [h, w] run through a region, it is cut: a tracing takes soft light for a shape of nearly its colour.
+    """
     found, count = np.zeros(regions.label.shape, np.int32), 0
     for k, box in enumerate(ndimage.find_objects(regions.label + 1)):
         if box is not None:
-            own, more = ndimage.label(_without_blends(regions.label[box] == k, regions.share[box]), np.ones((3, 3)))
-            found[box] += np.where(own > 0, own + count, 0).astype(np.int32)
+            own = _without_blends(regions.label[box] == k, regions.share[box])
+            parts, more = ndimage.label(own, np.ones((3, 3)))
+            if edges is not None:
+                parts, more = _cut(parts, more, edges[box])
+            found[box] += np.where(own, parts + count, 0).astype(np.int32)
             count += more
     return found
+
+
+def _cut(pieces: NDArray[np.int32], count: int, edges: Mask) -> tuple[NDArray[np.int32], int]:
+    """Return a ``count`` of ``pieces`` [h, w] cut at ``edges`` [h, w], and how many there are then.
+
+    Pixels at an edge belong to the nearest part; a piece without a part large enough, such as a thin line, stays.
+    """
+    parts, more = ndimage.label((pieces > 0) & ~edges)
+    is_large = np.bincount(parts.ravel()) >= SOFTNESS.piece_area
+    is_large[0] = False
+    if is_large.sum() < 2:
+        return pieces, count
+    parts = np.where(is_large[parts], parts, 0)
+    is_thin = ~np.isin(pieces, pieces[parts > 0])
+    parts = np.where(is_thin & (pieces > 0), pieces + more, parts)
+    _, (y, x) = ndimage.distance_transform_edt(parts == 0, return_indices=True)
+    numbers, cut = np.unique(np.append(0, np.where(pieces > 0, parts[y, x], 0)), return_inverse=True)
+    return cut[1:].reshape(pieces.shape), len(numbers) - 1
 
 
 def _sharp_edges(levels: Floats, bend_max: float) -> Mask:
