@@ -120,7 +120,7 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
 
     What ends at an edge is asked twice, as the steepest shadows bend as much as faint edges.
     """
-    label = regions.label
+    label, pieces = regions.label, _pieces(regions)
     sizes = np.bincount(label.ravel(), minlength=len(regions))
     noise = _noise_of(levels, _near_edges(label), is_jpeg)
     at_border = set(np.concatenate([label[0], label[-1], label[:, 0], label[:, -1]]).tolist())
@@ -128,7 +128,6 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
     least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
     large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
     edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
-    cut = [(each, _pieces(regions, each)) for each in edges]
     off = largest_channel(np.abs(levels - painted(regions, label)[..., : levels.shape[2]]))
     is_pure = ndimage.binary_dilation(off <= SOFTNESS.alike, np.ones((3, 3)))
     for k in large[: SOFTNESS.grounds_max]:
@@ -136,8 +135,10 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
         if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
             continue
         shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
-        for each, pieces in cut:
-            ground = _ground(shown, (label == k) & (regions.share == 1.0), each, pieces, k in at_border, noise)
+        for each in edges:
+            area = (label == k) & (regions.share == 1.0) & ~each
+            own = _cut_where_reached(regions, pieces, area, each)
+            ground = _ground(shown, area, each, own, k in at_border, noise)
             if ground is not None:
                 yield ground.reaching(~is_pure & ~each) if ground.noise < SOFTNESS.ringing else ground
 
@@ -173,7 +174,6 @@ def _ground(
     levels: Floats, area: Mask, edges: Mask, pieces: NDArray[np.int32], is_outer: bool, noise_min: float
 ) -> TracedGround | None:
     """Return an ``area`` [h, w] of one region as the ground; None if it has not one colour or gradient."""
-    area = area & ~edges
     if area.sum() < SOFTNESS.zone_area:
         return None
     found = _flat(levels, area) or _graded(levels, area)
@@ -192,6 +192,18 @@ def _ground(
     noise = max(noise, noise_min)
     ground = TracedGround(color, below, is_flat, noise, region, is_open, is_open, covering)
     return ground.after(levels)
+
+
+def _cut_where_reached(regions: Regions, pieces: NDArray[np.int32], area: Mask, edges: Mask) -> NDArray[np.int32]:
+    """Return the ``pieces`` [h, w], those cut at ``edges`` [h, w] that a ground in an ``area`` [h, w] reaches.
+
+    A tracing takes soft light for more of a shape of nearly its colour, and so ends the shape where there is no edge.
+    """
+    own = np.unique(pieces[area])
+    soft = _reached(pieces, own, edges)
+    soft[own] = False
+    inner = edges & soft[pieces]
+    return _pieces(regions, inner) if inner.any() else pieces
 
 
 def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
@@ -229,7 +241,7 @@ def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32],
 def _pieces(regions: Regions, edges: Mask | None = None) -> NDArray[np.int32]:
     """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on.
 
-    Where ``edges`` [h, w] run through a region, it is cut: a tracing takes soft light for a shape of nearly its colour.
+    Where ``edges`` [h, w] run through a region, it is cut.
     """
     found, count = np.zeros(regions.label.shape, np.int32), 0
     for k, box in enumerate(ndimage.find_objects(regions.label + 1)):
