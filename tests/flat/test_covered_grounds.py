@@ -24,6 +24,9 @@ SHAPE = "M34 24h42v24h-18v21h-24z"
 BALL = """<radialGradient id="g" cx=".3" cy=".3" r=".8"><stop stop-color="#06c"/><stop offset=".5" stop-color="#9cf"/>
 <stop offset="1" stop-color="#014"/></radialGradient>"""
 
+RAMP = """<linearGradient id="g" x2="0" y2="1"><stop stop-color="#f6f7fb"/><stop offset="1" stop-color="#d9deee"/>
+</linearGradient>"""
+
 
 def picture(sigma: float, *elements: str, defs: str = "", channels: int = 3) -> np.ndarray:
     text = HEAD.format(sigma, defs) + "".join(elements) + "</svg>"
@@ -65,6 +68,25 @@ def test_glows_of_two_colours_that_meet_are_two() -> None:
     glows = [CAST.format(*each) for each in (("#6d5cff", 1, 0, 0, left), ("#2de", 1, 0, 0, right))]
     image = picture(5, PAGE.format("#1e2235"), *glows, filled("#6d5cff", left), filled("#2de", right))
     assert [round(shadow.look.sigma) for shadow in find_shadows(image)] == [5, 5]
+
+
+def test_a_gradient_that_is_shaded_everywhere_is_a_ground() -> None:
+    pytest.importorskip("svgelements")
+    card = "M16 14h88v64h-88z"
+    found = find_shadow(
+        picture(8, PAGE.format("url(#g)"), CAST.format("#141e50", 0.3, 0, 6, card), filled("#fff", card), defs=RAMP)
+    )
+    assert found is not None and not found.ground.is_flat and found.look.sigma == pytest.approx(8.0, rel=0.15)
+    assert found.look.offset == pytest.approx((0.0, 6.0), abs=0.5)
+
+
+def test_shapes_that_share_a_shadow_have_one_though_a_tracing_swells_them() -> None:
+    pytest.importorskip("svgelements")
+    boxes = [f"M{x} {y}h26v22h-26z" for x, y in ((16, 14), (72, 48))]
+    shapes = (filled(color, data) for color, data in zip(("#787e9a", "#5d5b5f"), boxes, strict=True))
+    cast = CAST.format("#001d00", 0.94, -1.5, -3, "".join(boxes))
+    found = find_shadows(picture(2.8, PAGE.format("#e5cfd1"), cast, *shapes))
+    assert [shadow.look.sigma for shadow in found] == pytest.approx([2.8], rel=0.05)
 
 
 def test_what_is_written_on_a_card_stays_as_it_is_without_its_shadow() -> None:
