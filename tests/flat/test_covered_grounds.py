@@ -80,15 +80,6 @@ def test_a_gradient_that_is_shaded_everywhere_is_a_ground() -> None:
     assert found.look.offset == pytest.approx((0.0, 6.0), abs=0.5)
 
 
-def test_shapes_that_share_a_shadow_have_one_though_a_tracing_swells_them() -> None:
-    pytest.importorskip("svgelements")
-    boxes = [f"M{x} {y}h26v22h-26z" for x, y in ((16, 14), (72, 48))]
-    shapes = (filled(color, data) for color, data in zip(("#787e9a", "#5d5b5f"), boxes, strict=True))
-    cast = CAST.format("#001d00", 0.94, -1.5, -3, "".join(boxes))
-    found = find_shadows(picture(2.8, PAGE.format("#e5cfd1"), cast, *shapes))
-    assert [shadow.look.sigma for shadow in found] == pytest.approx([2.8], rel=0.05)
-
-
 def test_what_is_written_on_a_card_stays_as_it_is_without_its_shadow() -> None:
     pytest.importorskip("svgelements")
     word = '<path fill="none" stroke="#777" stroke-width="1" d="M40 28l3 9l3 -9M49 28v9M53 28l4 9M57 28l-4 9"/>'
