@@ -270,7 +270,7 @@ def _cut(pieces: NDArray[np.int32], count: int, edges: Mask) -> tuple[NDArray[np
     parts = np.where(is_thin & (pieces > 0), pieces + more, parts)
     _, (y, x) = ndimage.distance_transform_edt(parts == 0, return_indices=True)
     numbers, cut = np.unique(np.append(0, np.where(pieces > 0, parts[y, x], 0)), return_inverse=True)
-    return cut[1:].reshape(pieces.shape), len(numbers) - 1
+    return np.asarray(cut[1:].reshape(pieces.shape), np.int32), len(numbers) - 1
 
 
 def _sharp_edges(levels: Floats, bend_max: float) -> Mask:
