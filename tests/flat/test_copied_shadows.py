@@ -10,7 +10,7 @@ from PIL import Image
 from warpvec.condition.jpeg import Jpeg
 from warpvec.flat.evidence.evidence import Evidence
 from warpvec.flat.regions.regions import find_regions
-from warpvec.flat.softness.copies import find_copies
+from warpvec.flat.softness.copies import find_shadows
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
 
@@ -34,7 +34,7 @@ def picture(shadow: str, noise: float) -> np.ndarray:
 def test_a_card_among_shapes_casts_its_shadow_even_in_noise(noise: float) -> None:
     pytest.importorskip("svgelements")
     image = picture(SHADOW, noise)
-    found = find_copies(image, find_regions(image), lambda: False)
+    found = find_shadows(image, find_regions(image), lambda: False)
     assert len(found) == 1
     assert found[0].look.sigma == pytest.approx(2.5, rel=0.2)
     assert found[0].look.offset == pytest.approx((3.0, 5.0), abs=0.6)
@@ -44,7 +44,7 @@ def test_a_card_among_shapes_casts_its_shadow_even_in_noise(noise: float) -> Non
 def test_shapes_without_a_shadow_have_none(noise: float) -> None:
     pytest.importorskip("svgelements")
     image = picture("", noise)
-    assert not find_copies(image, find_regions(image), lambda: False)
+    assert not find_shadows(image, find_regions(image), lambda: False)
 
 
 def test_what_a_jpeg_does_to_colours_at_edges_is_no_shadow() -> None:
@@ -53,4 +53,4 @@ def test_what_a_jpeg_does_to_colours_at_edges_is_no_shadow() -> None:
     clean = np.rint(255.0 - share * (255.0 - np.array([40.0, 170.0, 190.0]))).astype(np.uint8)
     image = (np.asarray(as_jpeg(Image.fromarray(clean), 80)) / 255.0).astype(np.float32)
     traced = find_regions(image, is_jpeg=True)
-    assert not find_copies(image, traced, lambda: False, Evidence.of(image, Jpeg(80, is_subsampled=True)))
+    assert not find_shadows(image, traced, lambda: False, Evidence.of(image, Jpeg(80, is_subsampled=True)))
