@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32
 from warpvec.flat.constants.softness import SOFTNESS
@@ -18,7 +19,7 @@ from warpvec.flat.softness.shadows import Shadow, channels_of, is_soft
 from warpvec.flat.softness.spots import find_spot
 from warpvec.flat.softness.traced_casters import Casting
 from warpvec.flat.softness.traced_grounds import TracedGround, find_traced_grounds
-from warpvec.flat.softness.unshading import mark_for, without_shadow
+from warpvec.flat.softness.unshading import REACH, mark_for, without_shadow
 from warpvec.geometry.forms.registry import ELLIPSE
 from warpvec.watch.decisions import Decision, are_wanted, box_of, note
 
@@ -79,20 +80,21 @@ def _joint(first: _Step, second: _Step, saved: Evidence | None) -> _Step | None:
     if one.spot is not None or two.spot is not None or not np.array_equal(one.ground.color, two.ground.color):
         return None
     both = replace(two, casters=np.maximum(one.casters, two.casters), ground=first.ground)
-    rough, _ = _measured_again(both, first.image, saved is not None)
-    shadow, after = _measured_again(rough, first.image, saved is not None)
+    shadow, after = both, second.after
+    for _ in range(2):
+        shadow, after = _measured_again(shadow, after, first.image, saved is not None)
     if shadow is both:
         return None
-    nats = _gain_in(first.image, first.before, shadow, after, saved)
+    nats = gain(_evidence(first.image, shadow, saved), first.before, shadow, after)
     return replace(first, shadow=shadow, after=after, nats=nats) if nats > first.nats + second.nats else None
 
 
-def _gain_in(image: Floats32, traced: Regions, shadow: Shadow, after: Regions, saved: Evidence | None) -> float:
-    """Return what `gain` does of an ``image`` [h, w, 3 or 4]; arguments as for `find_shadows`."""
+def _evidence(image: Floats32, shadow: Shadow, saved: Evidence | None) -> Evidence:
+    """Return what an ``image`` [h, w, 3 or 4] with a ``shadow`` says; ``saved`` is as for `find_shadows`."""
     seen = 255.0 * channels_of(image)[..., -3:]  # a transparent picture over white
     if saved is not None:
-        return gain(replace(saved, levels=seen), traced, shadow, after)
-    return gain(Evidence(seen, np.full(3, math.sqrt(ROUNDING + shadow.ground.noise**2))), traced, shadow, after)
+        return replace(saved, levels=seen)
+    return Evidence(seen, np.full(3, math.sqrt(ROUNDING + shadow.ground.noise**2)))
 
 
 def _next(
@@ -113,8 +115,14 @@ def _next(
         for rough in _lights_on(ground, image, traced, is_time_up):
             if saved is not None and _is_bleed(rough.look):
                 continue
-            shadow, after = _measured_again(rough, image, saved is not None)
-            nats = _gain_in(image, traced, shadow, after, saved)
+            evidence = _evidence(image, rough, saved)
+            after = find_regions(rough.clean, is_jpeg=saved is not None)
+            nats = gain(evidence, traced, rough, after)
+            if nats + _left_near(evidence, rough, after) <= 0.0:
+                continue  # another look can explain no more
+            shadow, after = _measured_again(rough, after, image, saved is not None)
+            if shadow is not rough:
+                nats = gain(_evidence(image, shadow, saved), traced, shadow, after)
             if are_wanted():
                 place = box_of(np.argwhere(shadow.casters > 0.5)[:, ::-1].astype(np.float64))
                 note(Decision("shadow", place, "regions", f"blur of {shadow.look.sigma:.2f} px", nats, 0.0, nats > 0.0))
@@ -137,13 +145,25 @@ def gain(evidence: Evidence, before: Regions, shadow: Shadow, after: Regions) ->
         shadow: a shadow of it.
         after: the regions of the picture without it.
     """
-    ground, look, levels = shadow.ground, shadow.look, evidence.levels
-    shade = look.shade_of(shadow.casters, ground.deviation)[..., -3:]
-    # What was taken away at edges is a mix; elsewhere it may be noise too.
-    clean = 255.0 * channels_of(shadow.clean)[..., -3:]
-    added = np.where(ground.is_open[..., None], shade, levels - clean)
     numbers = SHADOW_NUMBERS if shadow.spot is None else SHADOW_NUMBERS + FORM_NUMBERS[ELLIPSE] + 1
-    return before.nats(evidence) - after.nats(evidence, added) - numbers * number_nats(max(levels.shape))
+    said = numbers * number_nats(max(evidence.levels.shape))
+    return before.nats(evidence) - after.nats(evidence, _added(evidence, shadow)) - said
+
+
+def _added(evidence: Evidence, shadow: Shadow) -> Floats:
+    """Return what a ``shadow`` adds to the picture without it [h, w, 3], in levels.
+
+    What was taken away at edges is a mix; elsewhere it may be noise too.
+    """
+    shade = shadow.look.shade_of(shadow.casters, shadow.ground.deviation)[..., -3:]
+    clean = 255.0 * channels_of(shadow.clean)[..., -3:]
+    return np.where(shadow.ground.is_open[..., None], shade, evidence.levels - clean)
+
+
+def _left_near(evidence: Evidence, shadow: Shadow, after: Regions) -> float:
+    """Return the nats that `gain` counts where a ``shadow`` may be seen, the most that another look of it can save."""
+    near = ndimage.binary_dilation(shadow.ground.is_open, iterations=REACH)
+    return float(evidence.misfit(after.shown() + _added(evidence, shadow))[near].sum())
 
 
 def _lights_on(
@@ -211,9 +231,11 @@ def _change(image: Floats32, ground: TracedGround) -> Floats:
     return 255.0 * channels_of(image, ground.below.shape[2]) - ground.below
 
 
-def _measured_again(shadow: Shadow, image: Floats32, is_jpeg: bool) -> tuple[Shadow, Regions]:
-    """Return a shadow of pieces of the picture without it, which has no slabs, and the regions without that shadow."""
-    after = find_regions(shadow.clean, is_jpeg=is_jpeg)
+def _measured_again(shadow: Shadow, after: Regions, image: Floats32, is_jpeg: bool) -> tuple[Shadow, Regions]:
+    """Return a shadow of pieces of the picture without it, which has no slabs, and the regions without that shadow.
+
+    ``after`` are the regions without the one given.
+    """
     for _ in range(0 if shadow.spot is not None else SOFTNESS.same_rounds):
         below = shadow.ground.below
         ground = shadow.ground.below_pieces(after, 255.0 * channels_of(shadow.clean, below.shape[2]))

@@ -62,6 +62,10 @@ class TracedGround:
         """Return the ground as the ``levels`` [h, w, C] of another picture of the same shapes show it."""
         return replace(self, is_seen=self.is_open & (_smooth_change(levels - self.below, self.noise) <= self.alike))
 
+    def looks_like(self, other: TracedGround) -> bool:
+        """Return whether a search on another ground of the same region finds the same."""
+        return np.array_equal(self.pieces, other.pieces) and np.array_equal(self.is_open, other.is_open)
+
     @property
     def soft_count(self) -> int:
         """How many of its pixels show something else, though nothing covers it."""
@@ -135,12 +139,18 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
         if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
             continue
         shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
+        before: TracedGround | None = None
         for each in edges:
             area = (label == k) & (regions.share == 1.0) & ~each
             own = _cut_where_reached(regions, pieces, area, each)
             ground = _ground(shown, area, each, own, k in at_border, noise)
-            if ground is not None:
-                yield ground.reaching(~is_pure & ~each) if ground.noise < SOFTNESS.ringing else ground
+            if ground is None:
+                continue
+            if ground.noise < SOFTNESS.ringing:
+                ground = ground.reaching(~is_pure & ~each)
+            if before is None or not ground.looks_like(before):
+                yield ground
+            before = ground
 
 
 def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:

@@ -14,6 +14,9 @@ from warpvec.flat.softness.traced_grounds import TracedGround
 from warpvec.image.alpha import from_mattes
 from warpvec.image.spread import largest_channel
 
+REACH = 3
+"""Pixels beyond the open ground at which a shadow is taken out of the edges of shapes."""
+
 
 def without_shadow(
     image: Floats32, ground: TracedGround, cast: Floats, covered: Floats, look: FoundShadow, mark: Floats | None
@@ -31,7 +34,7 @@ def without_shadow(
     levels = 255.0 * channels_of(image)
     count = ground.below.shape[2]
     seen, shade = levels[..., :count] - ground.below, look.shade_of(cast, ground.deviation)
-    reaches = ground.region & ndimage.binary_dilation(ground.is_open, iterations=3)  # not a pixel between two pieces
+    reaches = ground.region & ndimage.binary_dilation(ground.is_open, iterations=REACH)  # none between two pieces
     covered = np.where(reaches, np.maximum(covered, _thin_coverage(seen - shade, covered)), 1.0)
     clean = levels[..., :count] - (1.0 - covered[..., None]) * shade
     most = 2.0 * ground.alike + SOFTNESS.overlapping * largest_channel(np.abs(shade))
