@@ -51,17 +51,17 @@ class Casting:
         """All pieces."""
         return frozenset(np.unique(self.ground.pieces).tolist()) - {0}
 
-    def mask(self, chosen: frozenset[int], is_completed: bool = True) -> Floats:
-        """Return the coverage [h, w] of the ``chosen`` pieces, with what other pieces hide of them if asked for."""
+    def mask(self, chosen: frozenset[int]) -> Floats:
+        """Return the coverage [h, w] of the ``chosen`` pieces, with what other pieces hide of them."""
         pieces = self.ground.pieces
         own = _among(chosen, pieces)
         # The rest of a pixel at an edge belongs to the neighbour.
         edge = ndimage.maximum_filter(own, 3) & self._is_mixed
-        other_in = edge & ~own & (pieces == 0) & _among(self.regions.label[own], self.regions.other)
+        other_in = edge & ~own & (pieces == 0) & _among(np.unique(self.regions.label[own]), self.regions.other)
         covered = np.where(own, 1.0, 0.0)
         covered = np.where(own & edge & self._beside_open, self.regions.share, covered)
         covered = np.where(other_in, 1.0 - self.regions.share.astype(np.float64), covered)
-        if is_completed and len(chosen) < len(self.everything):
+        if len(chosen) < len(self.everything):
             for number in chosen:
                 covered[self._hidden(number) & ~own] = 1.0
         return covered
@@ -199,13 +199,13 @@ class Casting:
         touching = frozenset(first[np.isin(second, list(chosen)) & (first != second)].tolist())
         outer = frozenset(first[self.ground_like[second]].tolist())
         casting = chosen & outer or chosen
-        shade = look.shade_of(self.mask(casting, is_completed=False), self.ground.deviation)
+        shade = look.shade_of(self.mask(casting), self.ground.deviation)
         found = set[int]()
         for number in self.numbers:
             if number in casting:
                 if number not in touching or len(casting) == 1:
                     continue
-                others = self.mask(casting - {number}, is_completed=False)
+                others = self.mask(casting - {number})
                 seen = look.shade_of(others, self.ground.deviation)
             else:
                 seen = shade
@@ -252,11 +252,12 @@ class Casting:
         return self.ground.zone(self.change, is_open & ~is_off if few else is_open)
 
 
-def _among(numbers: Iterable[int] | NDArray[np.int32], values: NDArray[np.int32]) -> Mask:
-    """Return where ``values`` [h, w], from 0 on, are some of the ``numbers``; a table is faster than `numpy.isin`."""
-    table = np.zeros(int(values.max()) + 1, np.bool_)
-    table[np.asarray(list(numbers) if not isinstance(numbers, np.ndarray) else numbers, np.intp)] = True
-    return table[values]
+def _among(numbers: Iterable[int], values: NDArray[np.int32]) -> Mask:
+    """Return where ``values`` [h, w], from 0 on, are some of the ``numbers``: a table is faster than `numpy.isin`."""
+    chosen = np.fromiter(numbers, np.intp)
+    table = np.zeros(max(int(values.max()), int(chosen.max(initial=0))) + 1, np.bool_)
+    table[chosen] = True
+    return np.asarray(table[values])
 
 
 def _hull(mask: Mask) -> Mask:
