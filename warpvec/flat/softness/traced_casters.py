@@ -114,9 +114,12 @@ class Casting:
     def exact_mask(self, chosen: frozenset[int], look: FoundShadow, cast: Floats | None = None) -> Floats:
         """Return what `mask` does, with edges by how their colours are mixed of the pieces and of the shaded ground.
 
-        The shadow is that of a coverage ``cast`` [h, w], or else of the ``chosen`` pieces.
+        The shadow is that of a coverage ``cast`` [h, w], or else of the ``chosen`` pieces. A JPEG spreads the colours
+        at an edge beyond it, so there the tracing knows the edges better.
         """
         exact = self.mask(chosen)
+        if self.ground.is_jpeg:
+            return exact
         near, own, is_pure = self._edges
         shade = look.shade_of(exact if cast is None else cast, self.ground.deviation)
         is_own = near & ndimage.binary_dilation(np.isin(self.ground.pieces, list(chosen)) & is_pure, np.ones((3, 3)))

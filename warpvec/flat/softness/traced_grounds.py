@@ -36,6 +36,7 @@ class TracedGround:
         is_seen: where the picture shows it without a shadow [h, w], in its region.
         pieces: the number of the sharp piece of the tracing that covers it at each pixel [h, w], from 1 on; 0 for none.
         is_part: whether it is what lies around one of several things.
+        is_jpeg: whether the picture was saved as JPEG.
     """
 
     color: Floats
@@ -47,6 +48,7 @@ class TracedGround:
     is_seen: Mask
     pieces: NDArray[np.int32]
     is_part: bool = False
+    is_jpeg: bool = False
 
     @property
     def deviation(self) -> Floats | None:
@@ -146,6 +148,7 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
             ground = _ground(shown, area, each, own, k in at_border, noise)
             if ground is None:
                 continue
+            ground = replace(ground, is_jpeg=is_jpeg)
             if ground.noise < SOFTNESS.ringing:
                 ground = ground.reaching(~is_pure & ~each)
             if before is None or not ground.looks_like(before):
