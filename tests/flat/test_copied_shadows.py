@@ -31,8 +31,9 @@ HOOK = """<svg xmlns="http://www.w3.org/2000/svg" width="113" height="113" viewB
 <path d="M78 16L110 16L110 26L88 26L88 44L78 44Z" fill="#22223b"/></svg>"""
 
 
-def picture(shadow: str, noise: float) -> np.ndarray:
-    levels = draw_8_bits(read_svg(CARD.format(shadow=shadow)).scene, 96, 96, 1)[..., :3].astype(np.float64)
+def picture(shadow: str, noise: float, text: str = CARD, side: int = 96) -> np.ndarray:
+    scene = read_svg(text.format(shadow=shadow)).scene
+    levels = draw_8_bits(scene, side, side, 1)[..., :3].astype(np.float64)
     noisy = levels + np.random.default_rng(0).normal(0.0, noise, levels.shape) if noise else levels
     return np.asarray(np.rint(noisy).clip(0, 255) / 255.0, np.float32)
 
@@ -50,8 +51,7 @@ def test_a_card_among_shapes_casts_its_shadow_even_in_noise(noise: float) -> Non
 def test_a_shadow_goes_away_where_a_shape_hides_what_casts_it() -> None:
     pytest.importorskip("svgelements")
     shadow = '<rect x="23" y="26" width="62" height="46" rx="8" fill-opacity=".35" filter="url(#f)"/>'
-    texts = (HOOK.format(shadow=each) for each in (shadow, ""))
-    image, clean = (draw_8_bits(read_svg(text).scene, 113, 113, 1)[..., :3] / np.float32(255.0) for text in texts)
+    image, clean = (picture(each, 0.0, HOOK, 113) for each in (shadow, ""))
     found = find_shadows(image, find_regions(image), lambda: False)
     assert np.abs(found[-1].clean - clean).max() < 30.0 / 255.0  # a slab of it is 65 levels off
 
