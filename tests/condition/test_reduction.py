@@ -7,6 +7,7 @@ import pytest
 from damage import as_jpeg, drawn, enlarged, levels_of
 from PIL import Image, ImageDraw, ImageFont
 from PIL.Image import Resampling
+from scipy import ndimage
 
 import warpvec
 from warpvec.arrays import Floats32
@@ -140,3 +141,12 @@ def test_outlines_of_a_pixel_are_no_rims(fill: str, outline: str, paper: str) ->
     size = 'width="256" height="180"'
     text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><rect {size} fill="{paper}"/>{blocks}</svg>'
     assert find_reduction(draw(text, 256, 180).astype(np.float64)) is None
+
+
+def test_a_shadow_beside_a_white_card_is_no_rim() -> None:
+    levels = np.full((96, 120, 3), 255.0)
+    inside = np.zeros((96, 120))
+    inside[24:70, 30:80] = 1.0
+    levels -= 150.0 * ndimage.gaussian_filter(inside, 4.0)[..., None]
+    levels[22:68, 30:80] = 255.0
+    assert find_reduction(levels.round()) is None

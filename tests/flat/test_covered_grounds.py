@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from warpvec.flat.softness.shadows import find_shadow, find_shadows
-from warpvec.flat.softness.shapes import cover_of
+from warpvec.flat.regions.regions import find_regions
+from warpvec.flat.softness import copies
+from warpvec.flat.softness.shadows import Shadow
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
 
@@ -32,6 +33,15 @@ def picture(sigma: float, *elements: str, defs: str = "", channels: int = 3) -> 
     return draw_8_bits(read_svg(text).scene, 96, 120, 1)[..., :channels].astype(np.float32) / 255.0
 
 
+def find_shadows(image: np.ndarray) -> list[Shadow]:
+    return copies.find_shadows(image, find_regions(image), lambda: False)
+
+
+def find_shadow(image: np.ndarray) -> Shadow | None:
+    found = find_shadows(image)
+    return found[0] if found else None
+
+
 def filled(color: str, data: str = SHAPE) -> str:
     return f'<path fill="{color}" d="{data}"/>'
 
@@ -41,16 +51,15 @@ def test_a_figure_of_many_gradients_casts_its_shadow(page: str, channels: int) -
     pytest.importorskip("svgelements")
     cast = CAST.format("#000", 0.6, 4, 6, SHAPE)
     found = find_shadow(picture(4, page, cast, filled("url(#g)"), defs=BALL, channels=channels))
-    assert found is not None and found.is_cast and found.look.sigma == pytest.approx(4.0, rel=0.05)
+    assert found is not None and found.spot is None and found.look.sigma == pytest.approx(4.0, rel=0.05)
     assert found.look.offset == pytest.approx((4.0, 6.0), abs=0.2)
 
 
 def test_a_white_card_on_a_white_page_casts_its_shadow_and_hides_it() -> None:
     pytest.importorskip("svgelements")
     found = find_shadow(picture(4, PAGE.format("#fff"), CAST.format("#000", 0.6, 0, 2, SHAPE), filled("#fff")))
-    assert found is not None and found.is_cast and found.look.sigma == pytest.approx(4.0, rel=0.1)
-    cover = cover_of(read_svg(HEAD.format(1, "") + filled("#123") + "</svg>").scene, found)
-    assert cover is not None and cover.color.amin() == 1.0
+    assert found is not None and found.spot is None and found.look.sigma == pytest.approx(4.0, rel=0.1)
+    assert found.mark is not None  # it is drawn, and then painted like the page
 
 
 def test_glows_of_two_colours_that_meet_are_two() -> None:

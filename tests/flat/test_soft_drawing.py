@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,17 +11,15 @@ import torch
 import warpvec
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.drawing import FlatDrawing
+from warpvec.flat.regions.regions import find_regions
 from warpvec.flat.soft_drawing import SoftDrawing
-from warpvec.flat.softness.casters import _bare, find_casters
+from warpvec.flat.softness import copies
 from warpvec.flat.softness.drawn_casters import DrawnCasters
-from warpvec.flat.softness.grounds import find_grounds, find_parts, find_plateaus
-from warpvec.flat.softness.shadow_fitting import FoundShadow
-from warpvec.flat.softness.shadows import find_shadow, find_shadows
-from warpvec.flat.softness.shapes import find_gaps, paths_below
+from warpvec.flat.softness.shadows import Shadow, channels_of
+from warpvec.flat.softness.shapes import paths_below
 from warpvec.image.colors import parse_color
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.svg.read import read_svg
-from warpvec.watch.watch import UNWATCHED
 
 SIDE = 80
 
@@ -34,6 +30,15 @@ SHADOWED = """<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><de
 <feGaussianBlur stdDeviation="{sigma}"/></filter></defs><rect width="80" height="80" fill="{ground}"/>
 <g transform="translate({x} {y})"><path filter="url(#b)" fill="{color}" fill-opacity=".6" d="M24 24h28v16h-12v14h-16z"/>
 </g><path fill="#2f7de0" d="M24 24h28v16h-12v14h-16z"/>{top}</svg>"""
+
+
+def find_shadows(image: np.ndarray) -> list[Shadow]:
+    return copies.find_shadows(image, find_regions(image), lambda: False)
+
+
+def find_shadow(image: np.ndarray) -> Shadow | None:
+    found = find_shadows(image)
+    return found[0] if found else None
 
 
 def picture(**values: object) -> np.ndarray:
@@ -86,23 +91,6 @@ def test_a_shadow_on_a_gradient_or_on_a_card_is_measured(ground: str, is_flat: b
     assert np.abs(found.clean - expected).mean() < 0.002
 
 
-def test_nothing_is_bare_where_no_shadow_can_be_seen() -> None:
-    casters = np.zeros((40, 40), bool)
-    casters[5:15, 5:15] = casters[22:34, 22:34] = True
-    found = casters.astype(float), FoundShadow((0.0, 0.0), 0.25, np.array([-40.0]), 0.0, 0.1)
-    is_open = np.zeros_like(casters)
-    is_open[:2] = True
-    assert not _bare(np.zeros((40, 40, 1)), casters, is_open, found).any()
-
-
-def test_a_ground_that_changes_slowly_casts_no_shadow_on_itself() -> None:
-    y, x = np.indices((400, 400)) - 200
-    glow = np.round(255.0 - 90.0 * np.exp(-(x * x + y * y) / 2 / 70.0**2))[..., None].repeat(3, 2)
-    plateaus, count = find_plateaus(glow)
-    grounds, parts = list(find_grounds(glow, plateaus, count)), find_parts(glow, plateaus, count)
-    assert grounds and all(find_casters(glow, parts, ground) is None for ground in grounds)
-
-
 def test_the_colour_of_a_shadow_on_a_transparent_ground_is_known() -> None:
     pytest.importorskip("svgelements")
     color, alpha = np.array(parse_color("#402060")), np.zeros((SIDE, SIDE, 1))
@@ -132,7 +120,7 @@ def test_a_shape_with_a_gradient_casts_a_shadow() -> None:
     pytest.importorskip("svgelements")
     ramp = RAMP_INK.format("M24 24h28v16h-12v14h-16z")
     found = find_shadow(picture(top=ramp))
-    assert found is not None and found.is_cast
+    assert found is not None and found.spot is None
     assert found.look.offset == pytest.approx((4.0, 6.0), abs=0.2) and found.look.sigma == pytest.approx(3.0, rel=0.05)
     np.testing.assert_allclose(found.casters[26:38, 26:50], 1.0)
 
@@ -141,15 +129,9 @@ def test_a_thin_line_in_a_shadow_belongs_to_what_lies_above_it() -> None:
     pytest.importorskip("svgelements")
     line = '<path fill="none" stroke="#123" stroke-width="1.4" d="M18 66l8-6 6 8 8-8 6 8 8-6"/>'
     found = find_shadow(picture(sigma=4, top=line))
-    assert found is not None and found.is_cast
+    assert found is not None and found.spot is None
     assert found.look.offset == pytest.approx((4.0, 6.0), abs=0.1) and found.look.sigma == pytest.approx(4.0, rel=0.03)
     assert found.clean[60:69, 30:50].min() < 0.5 and found.clean[50:56, 45:50].min() > 0.98
-
-
-def test_a_band_of_a_gradient_is_no_ground() -> None:
-    levels = np.linspace(160.0, 200.0, 200)[:, None, None].repeat(120, 1).repeat(3, 2).round()
-    grounds = list(find_grounds(levels, *find_plateaus(levels)))
-    assert [ground.is_flat for ground in grounds] == [False]
 
 
 def test_what_lies_on_the_shape_stays_as_it_is_without_the_shadow() -> None:
@@ -215,7 +197,7 @@ def test_things_side_by_side_have_shadows_of_their_own(things: str, is_cast: boo
     image = draw_8_bits(read_svg(BESIDE.format(things=things)).scene, 80, 120, 1)[..., :3]
     found = find_shadows(image.astype(np.float32) / 255.0)
     assert sorted(shadow.look.sigma for shadow in found) == pytest.approx([2.0, 4.0], rel=0.05)
-    assert all(shadow.is_cast == is_cast for shadow in found)
+    assert all((shadow.spot is None) == is_cast for shadow in found)
     if is_cast:
         assert sorted(shadow.look.offset[1] for shadow in found) == pytest.approx([4.0, 7.0], abs=0.2)
 
@@ -233,7 +215,7 @@ def test_a_shadow_is_found_on_the_card_of_an_icon_or_on_the_smaller_of_two(other
     text = ICON.format(blur=BLUR.format(2), other=other)
     image = draw_8_bits(replace(read_svg(text).scene, transparent=True), SIDE, SIDE, 1).astype(np.float32) / 255.0
     found = find_shadows(image if not other else image[..., :3])
-    assert len(found) == 1 and found[0].is_cast
+    assert len(found) == 1 and found[0].spot is None
     assert found[0].look.sigma == pytest.approx(2.0, rel=0.05)
     assert found[0].look.offset == pytest.approx((1.0, 4.0), abs=0.1)
     assert found[0].clean.shape[2] == (3 if other else 4)
@@ -297,8 +279,8 @@ def test_what_casts_a_shadow_is_found_among_the_paths() -> None:
     size = 'width="80" height="80"'
     text = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><path d="M24 24h28v16h-12v14h-16z"/>{top}</svg>'
     shapes = read_svg(text).scene
-    assert DrawnCasters(image, shapes, shadow, 1).find() == [0]  # the disc lies in the same shadow
-    assert DrawnCasters(image, shapes.moved(60.0, 0.0), shadow, 1).find() is None
+    assert DrawnCasters(255.0 * channels_of(image), shapes, shadow, 1).find() == [0]  # the disc lies in the same shadow
+    assert DrawnCasters(255.0 * channels_of(image), shapes.moved(60.0, 0.0), shadow, 1).find() is None
 
 
 def test_the_shadow_on_a_card_lies_above_it_though_other_cards_have_its_colour() -> None:
@@ -324,55 +306,6 @@ def test_a_line_beside_a_shape_hides_its_part_of_the_shadow() -> None:
     assert shadow is not None
     text = f'<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80"><path d="{SHAPE}"/>{line}</svg>'
     rough = replace(shadow, look=replace(shadow.look, sigma=2.5, offset=(3.0, 5.0)))
-    again = DrawnCasters(image, read_svg(text).scene, rough, 1).measured([0])
+    again = DrawnCasters(255.0 * channels_of(image), read_svg(text).scene, rough, 1).measured([0])
     assert again.look.sigma == pytest.approx(3.0, rel=0.02) and again.look.offset == pytest.approx((4.0, 6.0), abs=0.05)
     np.testing.assert_allclose(again.look.amplitude / 255.0, -0.6, atol=0.01)
-
-
-def test_a_painted_hole_through_which_the_shadow_is_seen_is_found() -> None:
-    pytest.importorskip("svgelements")
-    ring, head = "M18 18h40v40h-40zM30 30v16h16v-16z", '<svg xmlns="http://www.w3.org/2000/svg" width="80" height="80">'
-    text = SHADOWED.format(sigma=3, ground="#fff", color="#000", x=4, y=6, top="")
-    scene = read_svg(text.replace("M24 24h28v16h-12v14h-16z", ring)).scene
-    shadow = find_shadow(draw_8_bits(scene, SIDE, SIDE, 1).astype(np.float32) / 255.0)
-    assert shadow is not None
-    square = '<path fill="#2f7de0" d="M18 18h40v40h-40z"/>'
-    hole, spot = '<path fill="#fff" d="M30 30h16v16h-16z"/>', '<path fill="#fff" d="M20 20h6v6h-6z"/>'
-    shapes = read_svg(f"{head}{square}{hole}{spot}</svg>").scene
-    assert find_gaps(shapes, shadow, 1).tolist() == [False, True, False]
-
-
-def test_a_time_budget_is_for_the_drawing_without_a_soft_path_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("svgelements")
-    order: list[str] = []
-    draw = FlatDrawing.draw
-
-    def hard(self: FlatDrawing, detail: float) -> object:
-        order.append("hard")
-        return draw(self, detail)
-
-    monkeypatch.setattr(FlatDrawing, "draw", hard)
-    monkeypatch.setattr(SoftDrawing, "_soft", lambda self, detail: order.append("soft"))
-    monkeypatch.setattr(SoftDrawing, "_copies", None)
-    for budget in (None, 1000.0):
-        warpvec.vectorize(picture(), mode="flat", iterations=2, strokes="off", threads=1, time_budget=budget)
-    assert order == ["soft", "hard", "hard", "soft"]
-
-
-def test_if_all_shadows_together_are_worse_than_bands_those_explained_well_are_drawn(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def is_better(drawing: SoftDrawing, soft: Any, hard: Any) -> bool:
-        return bool(soft == "soft paths: 2")
-
-    monkeypatch.setattr(SoftDrawing, "_may_be_soft", True)
-    monkeypatch.setattr(SoftDrawing, "_copies", None)
-    monkeypatch.setattr(SoftDrawing, "_soft", lambda drawing, detail: (f"soft paths: {len(drawing.known)}", {}))
-    monkeypatch.setattr(SoftDrawing, "_is_better", is_better)
-    well, poorly = (SimpleNamespace(is_cast=True, look=SimpleNamespace(unexplained=rest)) for rest in (0.001, 0.03))
-    bands = SimpleNamespace(draw=lambda detail: ("bands", {}), blur=0.0, watch=UNWATCHED)
-    drawn: dict[int, Any] = {
-        count: SoftDrawing(bands, known=(*[well] * count, *[poorly] * 3)).draw(0.1)[0]  # type: ignore[arg-type]
-        for count in (0, 1, 2)
-    }
-    assert drawn == {0: "bands", 1: "bands", 2: "soft paths: 2"}

@@ -93,12 +93,11 @@ class Flat:
 
             def draw(detail: float) -> Drawing:
                 scene, left_out = soft.draw(detail)
-                if soft.drawn_work is not work and scene.softness is not None:
-                    roughly = soft.drawn_work.outlines.roughly
+                if scene.softness is not None:
+                    roughly = soft.clean.outlines.roughly
                     return replace(finished(_as_it_is(request), scene, detail, left_out), roughly=roughly)
                 self.outlines.keep(work, request)
-                made_for = request if scene.softness is None else _as_it_is(request)
-                return replace(finished(made_for, scene, detail, left_out), roughly=work.outlines.roughly)
+                return replace(finished(request, scene, detail, left_out), roughly=work.outlines.roughly)
 
             return drawn(request, draw)
 

@@ -9,10 +9,10 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Floats32, Mask
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, explained, fit_shadow, moved_blur
-from warpvec.flat.softness.shadows import Shadow, channels_of, is_soft
+from warpvec.flat.softness.shadows import Shadow, is_soft
 from warpvec.flat.softness.shapes import coverage
 from warpvec.geometry.scene import Scene
 
@@ -22,13 +22,13 @@ class DrawnCasters:
     """The paths above a shadow, any of which may cast it.
 
     Attributes:
-        image: the picture [h, w, 3 or 4], sRGB-encoded in [0, 1], with straight alpha.
+        levels: the picture [h, w, C], in levels.
         shapes: the paths.
         shadow: one that is nearly right.
         threads: of the renderer.
     """
 
-    image: Floats32
+    levels: Floats
     shapes: Scene
     shadow: Shadow
     threads: int | None
@@ -66,7 +66,9 @@ class DrawnCasters:
     def _toggled(self, chosen: frozenset[int], look: FoundShadow) -> frozenset[int]:
         """Return the ``chosen`` paths with each that helps to explain the picture, and without each that does not."""
         loss = self._loss(chosen, look)
-        for k in sorted(range(len(self._covers)), key=lambda k: -self._covers[k].sum()):
+        region = self.shadow.ground.region
+        inside = [k for k, own in enumerate(self._covers) if 2.0 * own[region].sum() > own.sum()]
+        for k in sorted(inside, key=lambda k: -self._covers[k].sum()):
             other = chosen ^ {k}
             again = self._loss(other, look)
             if again < SOFTNESS.better * loss or (k in chosen and again <= loss / SOFTNESS.better):
@@ -99,4 +101,4 @@ class DrawnCasters:
         ground, (height, width) = self.shadow.ground, self.shadow.casters.shape
         covered: Mask = coverage(self.shapes, height, width, self.threads) > SOFTNESS.covered_min
         is_seen = ~ndimage.binary_dilation(covered) & ground.region
-        return Zone(255.0 * channels_of(self.image, ground.below.shape[2]) - ground.below, ground.deviation, is_seen)
+        return Zone(self.levels[..., : ground.below.shape[2]] - ground.below, ground.deviation, is_seen)

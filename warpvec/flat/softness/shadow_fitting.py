@@ -36,6 +36,11 @@ class Zone:
         is_seen = reduced(self.is_seen.astype(np.float64), step) == 1.0
         return Zone(reduced(self.change, step), varied, is_seen, self.noise / step)
 
+    def cropped(self, box: tuple[slice, slice]) -> Zone:
+        """Return the part of the zone in a ``box``."""
+        varied = None if self.deviation is None else self.deviation[box]
+        return Zone(self.change[box], varied, self.is_seen[box], self.noise)
+
     def unexplained(self, error: float) -> float:
         """Return the share of the energy of what is seen that a squared ``error`` is, both without that of noise."""
         seen = self.change[self.is_seen]
@@ -126,12 +131,24 @@ def fit_shadow(
     else:
         step = max(1, min(max(mask.shape) // SOFTNESS.fine_side, int(rough.sigma / SOFTNESS.fine_sigma)))
         begin = rough.offset[0] / step, rough.offset[1] / step, rough.sigma / step
-    found = _fit(zone.reduced(step), reduced(mask, step), begin)
+    small, own = zone.reduced(step), reduced(mask, step)
+    if begin is not None and own.any():
+        box = _reach(own, begin)
+        small, own = small.cropped(box), own[box]
+    found = _fit(small, own, begin)
     if found is None or (begin is None and step > 1 and found.unexplained > coarse_max):
         return None
     offset, sigma = (step * found.offset[0], step * found.offset[1]), step * found.sigma
     is_far = max(map(abs, offset)) > SOFTNESS.offset_max or sigma > SOFTNESS.sigma_max
     return None if is_far else replace(found, offset=offset, sigma=sigma)
+
+
+def _reach(mask: Floats, begin: tuple[float, float, float]) -> tuple[slice, slice]:
+    """Return the rows and columns of a ``mask`` [h, w] that its shadow of nearly this offset and deviation reaches."""
+    margin = int(8.0 + max(map(abs, begin[:2])) + 4.0 * begin[2])
+    sides = (np.flatnonzero(mask.any(axis)) for axis in (1, 0))
+    rows, columns = (slice(max(int(side[0]) - margin, 0), int(side[-1]) + 1 + margin) for side in sides)
+    return rows, columns
 
 
 def rough_loss(zone: Zone, mask: Floats) -> float:
@@ -168,29 +185,40 @@ def _fit(zone: Zone, mask: Floats, begin: tuple[float, float, float] | None) -> 
         begin: an offset and a standard deviation that are nearly right; None to look for these. If what the fit begins
             with explains hardly more than nothing, no shadow is returned.
     """
-    from scipy.optimize import least_squares  # pictures without a shadow need not load it
+    from scipy.optimize import leastsq  # pictures without a shadow need not load it
 
     seen, varied = zone.pixels
     energy = float((seen * seen).sum())
     if energy <= 0.0 or not mask.any():
         return None
 
+    places = np.flatnonzero(zone.is_seen)
+    step = -(-len(places) // SOFTNESS.samples)
+    few, few_varied = seen[::step], None if varied is None else varied[::step]
+
     def residual(values: Floats) -> Floats:
-        own = moved_blur(mask, (values[0], values[1]), float(np.exp(values[2])))[zone.is_seen]
-        left: Floats = (seen - explained(own, seen, varied)).ravel()
+        own = moved_blur(mask, (values[0], values[1]), float(np.exp(values[2]))).ravel()[places[::step]]
+        left: Floats = (few - explained(own, few, few_varied)).ravel()
         return left
 
     starts = _starts(zone, mask) if begin is None else [(begin[0], begin[1], float(np.log(begin[2])))]
     losses = [float((residual(np.array(start)) ** 2).sum()) for start in starts]
-    if zone.unexplained(min(losses)) > SOFTNESS.start_unexplained:
+    if zone.unexplained(step * min(losses)) > SOFTNESS.start_unexplained:
         return None
-    best, most = np.array(starts[int(np.argmin(losses))]), SOFTNESS.offset_max
-    bounds = ([-most, -most, np.log(0.25)], [most, most, np.log(SOFTNESS.sigma_max)])
-    best = np.clip(best, np.array(bounds[0]) + 1e-3, np.array(bounds[1]) - 1e-3)
-    found = least_squares(residual, best, bounds=bounds, x_scale=(1.0, 1.0, 0.2), diff_step=1e-3, max_nfev=30)
-    offset, sigma = (float(found.x[0]), float(found.x[1])), float(np.exp(found.x[2]))
-    look = amplitude_of(moved_blur(mask, offset, sigma)[zone.is_seen], seen, varied)
-    return FoundShadow(offset, sigma, *look, zone.unexplained(float(2.0 * found.cost)))
+    best, most = np.array(starts[int(np.argmin(losses))]), np.array([SOFTNESS.offset_max] * 2 + [0.0])
+    low, high = np.log(0.25) - most, np.log(SOFTNESS.sigma_max) + most
+    found = leastsq(
+        lambda values: residual(np.clip(values, low, high)),
+        best,
+        epsfcn=1e-6,
+        ftol=SOFTNESS.fitted,
+        diag=(1.0, 1.0, 5.0),
+    )
+    values = np.clip(found[0], low, high)
+    offset, sigma = (float(values[0]), float(values[1])), float(np.exp(values[2]))
+    own = moved_blur(mask, offset, sigma)[zone.is_seen]
+    error = float(((seen - explained(own, seen, varied)) ** 2).sum())
+    return FoundShadow(offset, sigma, *amplitude_of(own, seen, varied), zone.unexplained(error))
 
 
 def _starts(zone: Zone, mask: Floats) -> list[tuple[float, float, float]]:

@@ -14,54 +14,18 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from scipy import ndimage
 from torch import Tensor
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.softness.shadows import Shadow
 from warpvec.geometry.bezier import path_boxes
+from warpvec.geometry.forms.registry import ELLIPSE, form_of
+from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.softness import Softness
 from warpvec.geometry.structure import Structure
-from warpvec.image.spread import largest_channel
 from warpvec.rendering.draw import draw_exactly
-
-
-def find_gaps(shapes: Scene, shadow: Shadow, threads: int | None) -> Tensor:
-    """Return which paths of ``shapes`` [N] (bool) show the ground, on which the shadow lies, through another shape.
-
-    The drawing without the shadow may have painted a hole.
-    """
-    is_gap, (height, width) = torch.zeros(len(shapes), dtype=torch.bool), shadow.casters.shape
-    ground = shadow.ground.color / 255.0
-    if len(ground) > 3 or not shadow.ground.is_flat:  # a transparent ground is never painted
-        return is_gap
-    most = 3.0 * SOFTNESS.alike / 255.0  # the picture without the shadow is not known better
-    apart = largest_channel(np.abs(shadow.clean[..., :3] - ground))
-    is_like = (shapes.color - torch.from_numpy(ground).to(shapes.color)).abs().amax(1) <= most
-    for k in is_like.nonzero().flatten().tolist():
-        cover = coverage(shapes.select(torch.tensor([k])), height, width, threads)
-        area, common = cover.sum(), (cover * shadow.casters).sum()
-        is_gap[k] = bool(common <= SOFTNESS.gap_inside * area and (cover * apart).sum() <= most * area)
-    return is_gap
-
-
-def cover_of(outline: Scene, shadow: Shadow) -> Scene | None:
-    """Return the ``outline`` of what casts ``shadow`` as a path in the colour of the ground; None if none is needed.
-
-    A shape of that colour cannot be told from the ground in the picture without the shadow, such as a white card on a
-    white page. Yet it hides the shadow below it.
-    """
-    ground = shadow.ground
-    if len(ground.color) > 3 or not ground.is_flat:
-        return None
-    apart = largest_channel(np.abs(255.0 * shadow.clean[..., :3] - ground.color))
-    is_alike = (shadow.casters > 0.5) & (apart <= 3.0 * SOFTNESS.alike)
-    if ndimage.binary_erosion(is_alike).sum() < SOFTNESS.zone_area:
-        return None
-    color = torch.from_numpy(ground.color / 255.0).float()[None]
-    return replace(outline, color=color, opacity=torch.ones(1), gradients=None, softness=None)
 
 
 def paths_below(scene: Scene, shadow: Shadow, threads: int | None) -> int:
@@ -95,6 +59,20 @@ def soft_copy(path: Scene, shadow: Shadow) -> Scene:
         opacity=torch.tensor([opacity], dtype=torch.float32),
         softness=Softness(torch.tensor([shadow.look.sigma], dtype=torch.float32)),
     )
+
+
+def spot_path(shadow: Shadow, scene: Scene) -> Scene | None:
+    """Return the soft spot ``shadow`` as a path over the background of ``scene``; None if shapes cast it."""
+    if shadow.spot is None:
+        return None
+    parameters, (color, opacity) = torch.from_numpy(shadow.spot)[None], shadow.paint
+    one = Scene.uniform(
+        form_of(ELLIPSE).segments(parameters).float().flatten(1, 2), torch.from_numpy(color).float()[None],
+        torch.tensor([opacity], dtype=torch.float32), scene.background, scene.generation.new_zeros(1),
+        transparent=scene.transparent,
+    )  # fmt: skip
+    one = replace(one, softness=Softness(torch.tensor([shadow.look.sigma], dtype=torch.float32)))
+    return one.with_forms(Forms(torch.tensor([ELLIPSE], dtype=torch.int32), parameters.float()))
 
 
 def as_one(shapes: Scene, paths: list[int]) -> Scene:

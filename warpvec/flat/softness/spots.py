@@ -15,8 +15,8 @@ from warpvec.flat.softness.shadow_fitting import FoundShadow, Zone, amplitude_of
 from warpvec.image.spread import largest_channel
 
 
-def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
-    """Return the coverage of an ellipse [h, w] and how it is blurred; None if the ``zone`` shows nothing like that."""
+def find_spot(zone: Zone) -> tuple[Floats, Floats, FoundShadow] | None:
+    """Return an ellipse, by parameters [6] and coverage [h, w], and its look; None if the ``zone`` shows no spot."""
     rough = _fitted(zone, SOFTNESS.coarse_side // 2, None)
     if rough is None or rough[2] > SOFTNESS.coarse_unexplained:
         return None
@@ -27,7 +27,8 @@ def find_spot(zone: Zone) -> tuple[Floats, FoundShadow] | None:
     sharp, sigma = _ellipse(values, *zone.is_seen.shape), float(np.exp(values[5]))
     if sharp[zone.is_seen].sum() < SOFTNESS.spot_seen * sharp.sum():
         return None
-    return sharp, FoundShadow((0.0, 0.0), sigma, *look, unexplained)
+    form = np.array([*values[:2], *np.exp(values[2:4]), values[4], 0.0])
+    return form, sharp, FoundShadow((0.0, 0.0), sigma, *look, unexplained)
 
 
 def _fitted(zone: Zone, side: int, rough: Floats | None) -> tuple[Floats, tuple[Floats, float], float] | None:
@@ -76,7 +77,7 @@ def _fit(zone: Zone, start: Floats, sigma_max: float) -> tuple[Floats, tuple[Flo
     low = np.array([-side, -side, 0.0, 0.0, -10.0, np.log(0.25)])
     high = np.array([2 * side, 2 * side, np.log(2 * side), np.log(2 * side), 10.0, np.log(sigma_max)])
     begin = np.clip(start, low + 1e-3, high - 1e-3)
-    scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.spot_settled
+    scale, settled = (1.0, 1.0, 0.05, 0.05, 0.05, 0.1), SOFTNESS.fitted
     found = least_squares(residual, begin, bounds=(low, high), x_scale=scale, diff_step=1e-3, ftol=settled)
     own = _blurred(found.x, height, width)[zone.is_seen]
     return found.x, amplitude_of(own, seen, varied), float(2.0 * found.cost) / max(float((seen * seen).sum()), 1e-12)

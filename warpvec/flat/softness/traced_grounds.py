@@ -17,6 +17,8 @@ from warpvec.arrays import Floats, Mask
 from warpvec.flat.connected_parts import with_filled_holes
 from warpvec.flat.constants.softness import SOFTNESS
 from warpvec.flat.regions.regions import Regions
+from warpvec.flat.softness.shaded_grounds import fit_shaded_ground
+from warpvec.flat.softness.shadow_fitting import Zone
 from warpvec.image.spread import largest_channel
 
 
@@ -33,6 +35,8 @@ class TracedGround:
         is_open: where nothing covers it [h, w].
         is_seen: where the picture shows it without a shadow [h, w], in its region.
         pieces: the number of the sharp piece of the tracing that covers it at each pixel [h, w], from 1 on; 0 for none.
+        is_part: whether it is what lies around one of several things.
+        is_jpeg: whether the picture was saved as JPEG.
     """
 
     color: Floats
@@ -43,6 +47,8 @@ class TracedGround:
     is_open: Mask
     is_seen: Mask
     pieces: NDArray[np.int32]
+    is_part: bool = False
+    is_jpeg: bool = False
 
     @property
     def deviation(self) -> Floats | None:
@@ -57,6 +63,56 @@ class TracedGround:
     def after(self, levels: Floats) -> TracedGround:
         """Return the ground as the ``levels`` [h, w, C] of another picture of the same shapes show it."""
         return replace(self, is_seen=self.is_open & (_smooth_change(levels - self.below, self.noise) <= self.alike))
+
+    def looks_like(self, other: TracedGround) -> bool:
+        """Return whether a search on another ground of the same region finds the same."""
+        return np.array_equal(self.pieces, other.pieces) and np.array_equal(self.is_open, other.is_open)
+
+    @property
+    def soft_count(self) -> int:
+        """How many of its pixels show something else, though nothing covers it."""
+        return int((self.is_open & ~self.is_seen).sum())
+
+    def zone(self, change: Floats, is_seen: Mask | None = None) -> Zone:
+        """Return what a picture adds, ``change`` [h, w, C], where ``is_seen`` [h, w], or else where it is open."""
+        return Zone(change, self.deviation, self.is_open if is_seen is None else is_seen, self.noise)
+
+    def parts(self) -> Iterator[TracedGround]:
+        """Yield the ground around each thing on it, with its soft light, and around each shape; the largest first."""
+        for marked in (self.region & ~self.is_seen, self.pieces > 0):
+            things, count = ndimage.label(ndimage.binary_opening(marked, np.ones((2, 2))), np.ones((3, 3)))
+            if not 1 < count <= SOFTNESS.things_max:
+                continue
+            _, (y, x) = ndimage.distance_transform_edt(things == 0, return_indices=True)
+            owner, sizes = things[y, x], np.bincount(things.ravel())
+            for number in 1 + np.argsort(-sizes[1:], kind="stable"):
+                part = self.limited(self.region & (owner == number))
+                if part.is_seen.sum() >= SOFTNESS.part_seen * part.region.sum():
+                    yield part
+
+    def limited(self, region: Mask) -> TracedGround:
+        """Return its part in a ``region`` [h, w]."""
+        pieces = np.where(region, self.pieces, 0)
+        return replace(
+            self,
+            region=region,
+            is_open=self.is_open & region,
+            is_seen=self.is_seen & region,
+            pieces=pieces,
+            is_part=True,
+        )
+
+    def below_pieces(self, regions: Regions, clean: Floats) -> TracedGround:
+        """Return the ground below the pieces of other ``regions``, of the picture ``clean`` [h, w, C] of its shadow."""
+        pieces = np.where(self.region, _pieces(regions), 0)
+        off = ndimage.median(largest_channel(np.abs(clean - self.below)), pieces, np.arange(pieces.max() + 1))
+        return replace(self, pieces=pieces, is_open=self.region).opened(frozenset(np.flatnonzero(off <= self.alike)))
+
+    def reaching(self, soft: Mask) -> TracedGround:
+        """Return the ground with what it reaches through ``soft`` pixels [h, w], which a tracing took for pieces."""
+        found = ndimage.binary_propagation(self.is_open, mask=self.is_open | (soft & self.region))
+        pieces = np.where(found, 0, self.pieces)
+        return replace(self, pieces=pieces, is_open=self.region & ~ndimage.binary_dilation(pieces > 0, np.ones((3, 3))))
 
     def opened(self, slabs: frozenset[int]) -> TracedGround:
         """Return the ground with some of its pieces taken for soft light on it."""
@@ -78,15 +134,26 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
     least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
     large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
     edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
+    off = largest_channel(np.abs(levels - painted(regions, label)[..., : levels.shape[2]]))
+    is_pure = ndimage.binary_dilation(off <= SOFTNESS.alike, np.ones((3, 3)))
     for k in large[: SOFTNESS.grounds_max]:
         is_clear = bool(regions.paints.opacity[k] == 0.0)
         if levels.shape[2] > 3 and not is_clear and regions.paints.opacity[k] < 1.0:
             continue
         shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
+        before: TracedGround | None = None
         for each in edges:
-            ground = _ground(shown, (label == k) & (regions.share == 1.0), each, pieces, k in at_border, noise)
-            if ground is not None:
+            area = (label == k) & (regions.share == 1.0) & ~each
+            own = _cut_where_reached(regions, pieces, area, each)
+            ground = _ground(shown, area, each, own, k in at_border, noise)
+            if ground is None:
+                continue
+            ground = replace(ground, is_jpeg=is_jpeg)
+            if ground.noise < SOFTNESS.ringing:
+                ground = ground.reaching(~is_pure & ~each)
+            if before is None or not ground.looks_like(before):
                 yield ground
+            before = ground
 
 
 def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
@@ -98,6 +165,13 @@ def _without_blends(own: Mask, share: NDArray[np.float32]) -> Mask:
     if pure.sum() < 0.5 * own.sum():
         return own
     return own & ndimage.binary_dilation(pure, np.ones((3, 3)))
+
+
+def painted(regions: Regions, label: NDArray[np.int32]) -> Floats:
+    """Return the colours of ``regions`` by a map of their numbers, ``label`` [h, w], over black and white [h, w, 6]."""
+    columns, rows = np.meshgrid(*(np.arange(size, dtype=np.float32) + 0.5 for size in label.shape[::-1]))
+    mixed = 255.0 * regions.paints.at(label, columns, rows).astype(np.float64)
+    return np.concatenate([mixed[..., :3], mixed[..., :3] + 255.0 - mixed[..., 3:]], 2)
 
 
 def _near_edges(label: NDArray[np.int32]) -> Mask:
@@ -113,22 +187,36 @@ def _ground(
     levels: Floats, area: Mask, edges: Mask, pieces: NDArray[np.int32], is_outer: bool, noise_min: float
 ) -> TracedGround | None:
     """Return an ``area`` [h, w] of one region as the ground; None if it has not one colour or gradient."""
-    area = area & ~edges
     if area.sum() < SOFTNESS.zone_area:
         return None
     found = _flat(levels, area) or _graded(levels, area)
-    if found is None:
+    if found is None and not is_outer:
         return None
-    below, color, is_flat, noise = found
-    noise = max(noise, noise_min)
     soft = _reached(pieces, np.unique(pieces[area]), edges)
     soft[0] = True  # pixels of no piece
     is_soft = soft[pieces]
     region = np.ones_like(area) if is_outer else with_filled_holes(is_soft)
     covering = np.where(region & ~is_soft, pieces, 0)
     is_open = region & is_soft & ~ndimage.binary_dilation(covering > 0, np.ones((3, 3)))
+    found = found or _shaded(levels, is_open, covering > 0)
+    if found is None:
+        return None
+    below, color, is_flat, noise = found
+    noise = max(noise, noise_min)
     ground = TracedGround(color, below, is_flat, noise, region, is_open, is_open, covering)
     return ground.after(levels)
+
+
+def _cut_where_reached(regions: Regions, pieces: NDArray[np.int32], area: Mask, edges: Mask) -> NDArray[np.int32]:
+    """Return the ``pieces`` [h, w], those cut at ``edges`` [h, w] that a ground in an ``area`` [h, w] reaches.
+
+    A tracing takes soft light for more of a shape of nearly its colour, and so ends the shape where there is no edge.
+    """
+    own = np.unique(pieces[area])
+    soft = _reached(pieces, own, edges)
+    soft[own] = False
+    inner = edges & soft[pieces]
+    return _pieces(regions, inner) if inner.any() else pieces
 
 
 def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
@@ -163,15 +251,39 @@ def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32],
     return first, second, is_marked
 
 
-def _pieces(regions: Regions) -> NDArray[np.int32]:
-    """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on."""
+def _pieces(regions: Regions, edges: Mask | None = None) -> NDArray[np.int32]:
+    """Return the number of the connected piece of a region that each pixel [h, w] lies in, from 1 on.
+
+    Where ``edges`` [h, w] run through a region, it is cut.
+    """
     found, count = np.zeros(regions.label.shape, np.int32), 0
     for k, box in enumerate(ndimage.find_objects(regions.label + 1)):
         if box is not None:
-            own, more = ndimage.label(_without_blends(regions.label[box] == k, regions.share[box]), np.ones((3, 3)))
-            found[box] += np.where(own > 0, own + count, 0).astype(np.int32)
+            own = _without_blends(regions.label[box] == k, regions.share[box])
+            parts, more = ndimage.label(own, np.ones((3, 3)))
+            if edges is not None:
+                parts, more = _cut(parts, more, edges[box])
+            found[box] += np.where(own, parts + count, 0).astype(np.int32)
             count += more
     return found
+
+
+def _cut(pieces: NDArray[np.int32], count: int, edges: Mask) -> tuple[NDArray[np.int32], int]:
+    """Return a ``count`` of ``pieces`` [h, w] cut at ``edges`` [h, w], and how many there are then.
+
+    Pixels at an edge belong to the nearest part; a piece without a part large enough, such as a thin line, stays.
+    """
+    parts, more = ndimage.label((pieces > 0) & ~edges)
+    is_large = np.bincount(parts.ravel()) >= SOFTNESS.piece_area
+    is_large[0] = False
+    if is_large.sum() < 2:
+        return pieces, count
+    parts = np.where(is_large[parts], parts, 0)
+    is_thin = ~np.isin(pieces, pieces[parts > 0])
+    parts = np.where(is_thin & (pieces > 0), pieces + more, parts)
+    _, (y, x) = ndimage.distance_transform_edt(parts == 0, return_indices=True)
+    numbers, cut = np.unique(np.append(0, np.where(pieces > 0, parts[y, x], 0)), return_inverse=True)
+    return np.asarray(cut[1:].reshape(pieces.shape), np.int32), len(numbers) - 1
 
 
 def _sharp_edges(levels: Floats, bend_max: float) -> Mask:
@@ -225,6 +337,12 @@ def _graded(levels: Floats, area: Mask) -> tuple[Floats, Floats, bool, float] | 
     y, x = np.indices(area.shape)
     below = np.clip(np.stack([np.ones(x.shape), x, y], 2) @ slopes, 0.0, 255.0)
     return below, np.median(below[rows, columns], axis=0), False, noise
+
+
+def _shaded(levels: Floats, area: Mask, casters: Mask) -> tuple[Floats, Floats, bool, float] | None:
+    """Return what `_flat` does of an ``area`` [h, w] of a gradient that ``casters`` [h, w] shade; None if not."""
+    below = fit_shaded_ground(levels, area, casters)
+    return None if below is None else (below, np.median(below[area], axis=0), False, _noise_of(levels, area))
 
 
 def _smooth_change(change: Floats, noise: float) -> Floats:
