@@ -16,13 +16,22 @@ from warpvec.config.fit_config import OFF, FitConfig
 from warpvec.flat.chains.chain import Chain, Cover
 from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
 from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
-from warpvec.flat.chains.grid import HANDLE_ERROR, Grid, arcs_of, grid_of, hold_grid, on_grid, stated_numbers
+from warpvec.flat.chains.grid import (
+    HANDLE_ERROR,
+    Grid,
+    arcs_of,
+    determined_numbers,
+    grid_of,
+    hold_grid,
+    on_grid,
+    stated_numbers,
+)
 from warpvec.flat.chains.joined_ends import join_ends, with_met_ends
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
-from warpvec.flat.chains.solve import ROUNDS, solved
-from warpvec.flat.chains.symmetry import folds_of
+from warpvec.flat.chains.solve import ROUNDS, Sketch, solved
+from warpvec.flat.chains.symmetry import Fold, folds_of
 from warpvec.flat.chains.verdict import ALLOWED, FITTED, Verdict
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import number_nats
@@ -150,10 +159,13 @@ class _Work:
         if self.verdict.critic.config.grid == OFF:
             return
         scene, spread = self.verdict.scene, self.verdict.spread
-        said = _said(self.left, spread, self.sheet, _points_but(scene, self.left))
-        numbers = stated_numbers(with_rows(scene, said))
+        sketched = _sketched(self.left, spread, self.sheet, _points_but(scene, self.left)) if self.left else None
+        numbers = [
+            stated_numbers(scene, self.left),
+            *([] if sketched is None else [determined_numbers(sketched.sketch)]),
+        ]
         image, config = self.verdict.critic.image, self.verdict.critic.config
-        self.grid = grid_of(numbers, (image.shape[0], image.shape[1]), _near(spread), config.grid)
+        self.grid = grid_of(np.concatenate(numbers), (image.shape[0], image.shape[1]), _near(spread), config.grid)
         if self.grid is not None:
             self.drawing = _on_grid(self.verdict, self.grid)
 
@@ -322,20 +334,59 @@ def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:
     return cubic_points(control[stays], (np.arange(8) + 0.5) / 8).reshape(-1, 2)
 
 
+class _Sketched(NamedTuple):
+    """Chains as a sketch.
+
+    Attributes:
+        sketch: the sketch.
+        loops: the loop of each of its chains.
+        folds: the folds of some of them, by their numbers.
+        is_closed: whether each loop is closed.
+    """
+
+    sketch: Sketch
+    loops: list[int]
+    folds: dict[int, Fold]
+    is_closed: dict[int, bool]
+
+    def rows(self) -> dict[int, _LoopRows]:
+        """Return the rows of each loop as the sketch says them, also of mirror images."""
+        sketch, rows = self.sketch, dict[int, _LoopRows]()
+        for number, loop in enumerate(self.loops):
+            fold, is_open = self.folds.get(number), not self.is_closed[loop]
+            has_half = fold is not None and fold.twin is None
+            words = unfolded(sketch, number, fold) if fold and has_half else words_of(sketch, number)
+            rows[loop] = _rows(words, is_open)
+            if fold is not None and fold.twin is not None:
+                place = float(sketch.numbers[sketch.axes[number]])
+                rows[fold.twin] = _rows(image_of(words, fold.axis, place), is_open)
+        return rows
+
+
 def _said(
     chains: dict[int, Chain], spread: float, sheet: _Sheet, fixed: Floats | None = None, grid: Grid | None = None
 ) -> dict[int, _LoopRows]:
-    """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S].
+    """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S]; as `_sketched`.
+
+    Numbers are put on the ``grid`` of the drawing; None for none.
+    """
+    if not chains:
+        return {}
+    found = _sketched(chains, spread, sheet, fixed)
+    if grid is not None:
+        hold_grid(found.sketch, grid)
+    return found.rows()
+
+
+def _sketched(chains: dict[int, Chain], spread: float, sheet: _Sheet, fixed: Floats | None = None) -> _Sketched:
+    """Return ``chains`` as a solved sketch.
 
     Args:
         chains: the chains by their loops.
         spread: deviation of places in pixels.
         sheet: what they are on.
         fixed: points [K, 2] of outlines that stay; None for no relations.
-        grid: of the drawing, which its numbers are put on; None for none.
     """
-    if not chains:
-        return {}
     near = _near(spread)
     chains = chains if fixed is None else with_met_ends(chains, sheet.widths, sheet.looks)
     folds = {} if fixed is None else folds_of(chains, fixed, near)
@@ -357,16 +408,7 @@ def _said(
     if fixed is not None:
         find_relations(sketch, near)
         solved(sketch)
-    if grid is not None:
-        hold_grid(sketch, grid)
-    rows: dict[int, _LoopRows] = {}
-    for number, loop in enumerate(loops):
-        fold, is_open = chosen.get(number), not chains[loop].is_closed
-        words = words_of(sketch, number) if fold is None or fold.twin is not None else unfolded(sketch, number, fold)
-        rows[loop] = _rows(words, is_open)
-        if fold is not None and fold.twin is not None:
-            rows[fold.twin] = _rows(image_of(words, fold.axis, float(sketch.numbers[sketch.axes[number]])), is_open)
-    return rows
+    return _Sketched(sketch, loops, chosen, {loop: chain.is_closed for loop, chain in chains.items()})
 
 
 def _rows(words: Words, is_open: bool) -> _LoopRows:

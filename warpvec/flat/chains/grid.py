@@ -8,17 +8,20 @@ does, in nats, by more than it takes to say which grid it is.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import torch
+from scipy import sparse
 from torch import Tensor
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Integers, Mask
 from warpvec.config.fit_config import AUTO, OFF
-from warpvec.flat.chains.parts import ARC, bulge_of, radius_of
-from warpvec.flat.chains.solve import Sketch, solved, vagueness
+from warpvec.flat.chains.parts import ARC, SIZES, bulge_of, drawn
+from warpvec.flat.chains.solve import Sketch, deviations, radius_slopes, solved
+from warpvec.flat.simplification.outline_samples import segment_loops
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.forms.form import ANGLE, FIRST, SECOND
 from warpvec.geometry.scene import Scene
@@ -51,6 +54,9 @@ as short to say, and a fine grid explains more by chance."""
 
 SOLUTIONS = 2
 """How often numbers are held: those that follow from the others are near their places in the second."""
+
+LEVEL = math.sin(math.radians(0.1))
+"""Least coordinate of a direction that is slanted: relations make level ones exact."""
 
 HANDLE_ERROR, RADIUS_MIN = 0.01, 0.5
 """Error in pixels of the handles of a cubic that is an arc, and least radius."""
@@ -157,6 +163,52 @@ def _densities(
     return np.concatenate([near, np.ones((len(values), 1))], 1), places
 
 
+class _Numbers(NamedTuple):
+    """The numbers of a sketch that may lie on a grid.
+
+    Attributes:
+        nodes: columns of coordinates and axes [N].
+        arcs: arcs of more than no radius [A].
+        values: of the coordinates, then the radii [N + A].
+        vague: how many deviations of places each has [N + A].
+    """
+
+    nodes: Integers
+    arcs: Integers
+    values: Floats
+    vague: Floats
+
+    @staticmethod
+    def of(sketch: Sketch) -> _Numbers:
+        """Return those of a solved ``sketch``. Where slanted parts meet smoothly, a node follows from other numbers."""
+        ends = np.concatenate([columns[:4] for columns in sketch.columns])
+        nodes = np.setdiff1d(np.append(ends, np.array([*sketch.axes.values()], np.int64)), _slanted_joints(sketch))
+        arcs = sketch.rows_of_kind(ARC)
+        known = [radius_slopes(sketch, arc) for arc in arcs.tolist()]
+        rows = np.concatenate([np.arange(len(nodes)), len(nodes) + np.repeat(np.arange(len(arcs)), SIZES[ARC])])
+        columns = np.concatenate([nodes, *(sketch.columns[arc] for arc in arcs)])
+        slopes = np.concatenate([np.ones(len(nodes)), *(own for _, own in known)])
+        shape = (len(nodes) + len(arcs), len(sketch.numbers))
+        values = np.concatenate([sketch.numbers[nodes], [radius for radius, _ in known]])
+        return _Numbers(nodes, arcs, values, deviations(sketch, sparse.csr_matrix((slopes, (rows, columns)), shape)))
+
+
+def _slanted_joints(sketch: Sketch) -> Integers:
+    """Return the columns of nodes where parts meet smoothly in a direction that is neither level nor upright."""
+    found = [np.zeros(0, np.int64)]
+    for before in sketch.smooth[:, 0].tolist():
+        _, ways = drawn(int(sketch.kind[before]), sketch.of(before)[None])
+        if np.abs(ways[0, 1]).min() > LEVEL:
+            found.append(sketch.columns[before][2:4])
+    return np.concatenate(found)
+
+
+def determined_numbers(sketch: Sketch) -> Floats:
+    """Return the numbers [K] of a solved ``sketch`` that its chains determine as well as a place."""
+    found = _Numbers.of(sketch)
+    return found.values[found.vague <= 1.0]
+
+
 def hold_grid(sketch: Sketch, grid: Grid) -> None:
     """Solve ``sketch`` with the numbers on the ``grid`` that are surely meant to be there.
 
@@ -164,20 +216,18 @@ def hold_grid(sketch: Sketch, grid: Grid) -> None:
     and then those that came near by that.
     """
     for _ in range(SOLUTIONS):
-        ends = [columns[:4] for columns in sketch.columns]
-        nodes = np.unique(np.concatenate([*ends, np.array([*sketch.axes.values()], np.int64)]))
-        places = grid.held(sketch.numbers[nodes], vagueness(sketch)[nodes])
+        found = _Numbers.of(sketch)
+        places, radii = np.split(grid.held(found.values, found.vague), [len(found.nodes)])
         is_held = np.isfinite(places)
-        sketch.numbers[nodes[is_held]] = places[is_held]
-        sketch.fixed = sorted({*sketch.fixed, *nodes[is_held].tolist()})
-        arcs = sketch.rows_of_kind(ARC)
-        radii = grid.held(np.array([abs(float(radius_of(sketch.of(arc)[None])[0])) for arc in arcs.tolist()]))
-        sketch.given = [(int(arc), float(radius)) for arc, radius in zip(arcs, radii, strict=True) if radius > 0.0]
+        sketch.numbers[found.nodes[is_held]] = places[is_held]
+        sketch.fixed = sorted({*sketch.fixed, *found.nodes[is_held].tolist()})
+        sketch.given = [
+            (arc, radius) for arc, radius in zip(found.arcs.tolist(), radii.tolist(), strict=True) if radius > 0.0
+        ]
         solved(sketch)
     for arc, radius in sketch.given:
         # The solution leaves the last decimals of a file.
-        column = sketch.columns[arc][4]
-        sketch.numbers[column] = bulge_of(sketch.of(arc), radius)
+        sketch.numbers[sketch.columns[arc][4]] = bulge_of(sketch.of(arc), radius)
 
 
 def on_grid(scene: Scene, grid: Grid, stays: Tensor | None = None) -> Scene:
@@ -232,10 +282,13 @@ def arcs_of(scene: Scene) -> tuple[Mask, Mask, Floats]:
     return is_arc, goes_on, radius
 
 
-def stated_numbers(scene: Scene) -> Floats:
-    """Return the numbers that a file says of ``scene`` [K]: nodes, radii, sides of forms, and widths of strokes."""
+def stated_numbers(scene: Scene, but: Iterable[int] = ()) -> Floats:
+    """Return the numbers that a file says of ``scene`` [K]: nodes, radii, sides of forms, and widths of strokes.
+
+    Those of loops ``but`` these are left out.
+    """
     control, structure = whole_curves(scene).double().numpy(), scene.structure
-    found, is_outline = list[Floats](), np.ones(len(control), bool)
+    found, is_outline = list[Floats](), ~np.isin(segment_loops(scene), list(but))
     if scene.forms is not None:
         is_outline &= ~scene.forms.is_form.numpy()[structure.segment_path.numpy()]
         for _, form, paths in scene.forms.groups():

@@ -38,6 +38,9 @@ STAY = 0.02
 STEP = 1e-5
 """Change of a number in pixels by which derivatives are measured."""
 
+COLUMNS = 256
+"""Values whose deviations are found at once: they take a column each."""
+
 MOVE_MAX = 3.0
 """Largest change of a number in a step, in pixels."""
 
@@ -116,17 +119,22 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
             break
 
 
-def vagueness(sketch: Sketch) -> Floats:
-    """Return the standard deviations of the numbers [M] of a solved ``sketch``, in those of places at a pixel of chain.
+def deviations(sketch: Sketch, slopes: sparse.csr_matrix) -> Floats:
+    """Return the standard deviations of values [K] that follow the numbers of a solved ``sketch`` by ``slopes`` [K, M].
 
-    Where a line becomes an arc smoothly, a node may move along both and hardly shows. Numbers that are fixed have 0.
+    They are in those of places at a pixel of chain. Where a line becomes an arc smoothly, for example, a node may move
+    along both and hardly shows. What fixed numbers say has 0.
     """
     moves = _moves(sketch, _basis(sketch))
+    found = np.zeros(slopes.shape[0])
     if not moves.shape[1]:
-        return np.zeros(len(sketch.numbers))
-    slopes = _equations(sketch)[1] @ moves
-    matrix = (slopes.T @ slopes).toarray() + STAY**2 * np.eye(moves.shape[1])
-    found: Floats = np.sqrt(moves @ np.diag(np.linalg.inv(matrix)))
+        return found
+    own = _equations(sketch)[1] @ moves
+    solve = linalg.splu((own.T @ own + STAY**2 * sparse.eye(moves.shape[1])).tocsc()).solve
+    follow = (slopes @ moves).tocsr()
+    for start in range(0, len(found), COLUMNS):
+        part = follow[start : start + COLUMNS].toarray().T
+        found[start : start + COLUMNS] = np.sqrt((part * solve(part)).sum(0))
     return found
 
 
@@ -270,7 +278,7 @@ def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
         for pair in pairs:
             values, radii = list[Floats](), list[float]()
             for part, side in zip(pair, (1.0, -1.0), strict=True):
-                radius, slopes = _radius(sketch, int(part))
+                radius, slopes = radius_slopes(sketch, int(part))
                 radii.append(side * radius)
                 values.append(side * slopes)
             columns = [sketch.columns[part] for part in pair]
@@ -278,7 +286,7 @@ def _hold_radii(sketch: Sketch, found: _Triplets) -> None:
                       np.concatenate(columns)[None])  # fmt: skip
 
 
-def _radius(sketch: Sketch, part: int) -> tuple[float, Floats]:
+def radius_slopes(sketch: Sketch, part: int) -> tuple[float, Floats]:
     """Return the radius of an arc, above 0, and how it follows its numbers [5]."""
     numbers = sketch.of(part)[None]
     sign, steps = np.sign(numbers[0, 4]), np.eye(SIZES[ARC]) * STEP
@@ -288,7 +296,7 @@ def _radius(sketch: Sketch, part: int) -> tuple[float, Floats]:
 
 def _hold_given(sketch: Sketch, found: _Triplets) -> None:
     for part, given in sketch.given:
-        radius, slopes = _radius(sketch, part)
+        radius, slopes = radius_slopes(sketch, part)
         found.add(np.array([HELD * (radius - given)]), HELD * slopes[None], sketch.columns[part][None])
 
 
