@@ -32,7 +32,7 @@ from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
 from warpvec.flat.chains.solve import ROUNDS, Sketch, solved
 from warpvec.flat.chains.symmetry import Fold, folds_of
-from warpvec.flat.chains.verdict import ALLOWED, FITTED, Verdict
+from warpvec.flat.chains.verdict import ALLOWED, Verdict
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
@@ -178,7 +178,7 @@ class _Work:
         said = _said(self.left, attempt.share * self.verdict.spread, self.sheet, fixed, grid)
         tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], self.left[loop].is_closed)}
         if attempt.is_on_grid and tried:
-            _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, FITTED)
+            _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, self.verdict.fitted)
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
             self.held = set(tried)
         new = with_rows(self.drawing, self.found | tried)

@@ -25,9 +25,9 @@ ALLOWED = 0.3
 PSNR where the artist drew none: with 0.3, 0.5 and 1, 25 icons of 512 px have 0.50, 0.68 and 0.71 of their arcs again,
 and the 16 pictures of `bench/flat.py` 49.47, 49.27 and 48.99 dB; without chains 0.24 and 49.50 dB."""
 
-FITTED = 1.0
-"""The same move for parts of a drawing that has a grid, fitted without it: free curves follow errors of the picture's
-renderer that arcs and lines cannot."""
+FITTED, FITTED_MIN = 1.0, 0.07
+"""The same move for parts of a drawing that has a grid, fitted without it, and least such move in pixels: free curves
+follow errors of the picture's renderer that arcs and lines cannot. See `ON_GRID`."""
 
 ON_GRID = 0.13
 """Distance in pixels from the picture, as a root mean square, that an outline on the grid of its drawing may have, if
@@ -97,6 +97,11 @@ class Verdict:
         """Deviation in pixels of the outlines from the picture, by the error that is left; at most the detail."""
         left = math.sqrt(float(self._before.sum()) / max(float(self._worth.sum()), 1e-9))
         return min(max(left, SPREAD_MIN), self.detail)
+
+    @property
+    def fitted(self) -> float:
+        """Move of an outline that is allowed for fitted parts, in its `spread`."""
+        return max(FITTED, FITTED_MIN / self.spread)
 
     def refused(
         self, new: Scene, changed: Mask, shares: Floats, is_on_grid: Mask | None = None, allowed: float = ALLOWED
