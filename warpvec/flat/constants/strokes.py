@@ -192,6 +192,10 @@ class StrokeConstants:
     """Share of the detail by which the outlines of a stroke may move. A corner of a centre line that is a little round
     becomes sharp with 1.2, not with 1."""
 
+    detail_peak: float = 3.0
+    """The same for each segment of an outline alone: where it moves by more, ends of lines stick out by a pixel. Strokes
+    of lucide-static with 0.37 and 0.5 px were off by 1 and 2.5 px somewhere, those with 0.3 px by half a pixel."""
+
     close_share: float = 0.8
     """Share of the detail by which outlines may move without a difference. Strokes that move farther are tried with
     more nodes, and kept if that does not help: the stroke is the designer's word."""
@@ -207,8 +211,7 @@ class StrokeConstants:
     """Widths that differ by no more pixels are the same; fitted ones are within 0.05 of the designer's."""
 
     hopeless: float = 4.0
-    """After the first fit, strokes whose outlines move by more than so many times the detail are given up. A stroke of
-    which a part does so at the end is none: the end of a line is where none is."""
+    """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
 
     worst_share: float = 0.5
     """Of such strokes, those go first whose outlines move by at least this share of the farthest move. The move of the

@@ -138,7 +138,7 @@ class _Judge:
             moved,
             {path for path in replaced if moved[path] > STROKES.hopeless * detail},
             {path for path in short if moved[path] <= STROKES.detail_share * detail
-             and farthest[path] <= STROKES.hopeless * detail},
+             and farthest[path] <= STROKES.detail_peak * detail},
             {path for path in short if moved[path] <= STROKES.close_share * detail
              and farthest[path] <= STROKES.close_peak * detail},
         )  # fmt: skip
