@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapely import LineString, unary_union
+from shapely import LineString, Point, unary_union
+from shapely.geometry.polygon import orient
 
 from warpvec.flat.strokes.center_lines import _miter_tips, center_lines
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks, stroke_width
-from warpvec.flat.strokes.line_fitting import Rows
+from warpvec.flat.strokes.line_fitting import Line, Rows
 
 
 def test_a_corner_between_handles_of_no_length_has_no_tip() -> None:
@@ -27,13 +28,16 @@ def boundary_of_strokes(*lines: tuple[tuple[float, float], tuple[float, float]])
     return boundary_of(start[:, None] + way[:, None] * np.linspace(0.0, 1.0, 4)[:, None], area)
 
 
-def lines_of(*lines: tuple[tuple[float, float], tuple[float, float]]) -> list[np.ndarray]:
-    boundary = boundary_of_strokes(*lines)
+def center_lines_of(boundary: Boundary) -> list[Line]:
     disks = inner_disks(boundary)
     width, has_width = stroke_width(boundary, disks)
     found = center_lines(boundary, disks, has_width, width)
     assert found is not None
-    return [line.points for line in found.lines]
+    return found.lines
+
+
+def lines_of(*lines: tuple[tuple[float, float], tuple[float, float]]) -> list[np.ndarray]:
+    return [line.points for line in center_lines_of(boundary_of_strokes(*lines))]
 
 
 def ends_of(lines: list[np.ndarray]) -> np.ndarray:
@@ -87,3 +91,18 @@ def test_a_line_keeps_its_end_beyond_one_that_leaves_it() -> None:
     """As long as half a width, the end is no branch of the skeleton."""
     lines = lines_of(((100, 30), (100, 110)), ((100, 100), (180, 100)))
     assert np.linalg.norm(ends_of(lines) - [100, 110], axis=1).min() < 1.0
+
+
+def test_a_circle_goes_on_below_a_bar_that_it_touches() -> None:
+    bar = LineString([(135, 65), (135, 135)]).buffer(10.0, quad_segs=64)
+    ring = Point(100, 100).buffer(45.0, quad_segs=128).difference(Point(100, 100).buffer(25.0, quad_segs=128))
+    shape = unary_union([bar, ring])
+    outlines = [np.array(each.coords)[:-1] for each in (orient(shape).exterior, *orient(shape).interiors)]
+    start = np.concatenate(outlines)
+    way = np.concatenate([np.roll(own, -1, 0) - own for own in outlines])
+    found = center_lines_of(boundary_of(start[:, None] + way[:, None] * np.linspace(0, 1, 4)[:, None], shape.area))
+
+    (circle,) = [line for line in found if line.is_closed]
+    assert np.abs(np.linalg.norm(circle.points - [100, 100], axis=1) - 35.0).max() < 2.0
+    (straight,) = [line for line in found if not line.is_closed]
+    assert np.linalg.norm(straight.points[[0, -1]] - [[135, 65], [135, 135]], axis=1).min() < 1.0

@@ -14,7 +14,7 @@ from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.inner_disks import Boundary, Disks
 from warpvec.flat.strokes.joint_choice import Stem, chosen_joint
-from warpvec.flat.strokes.joints import End, Joint, Shape, arms_of, usual_joint
+from warpvec.flat.strokes.joints import Arm, End, Joint, Shape, arms_of, bridge_of, usual_joint
 from warpvec.flat.strokes.line_fitting import Line, Rows, curves_of
 from warpvec.flat.strokes.skeleton import Graph, graph_of
 from warpvec.flat.strokes.thinning import thinned
@@ -157,10 +157,19 @@ def _turn_around(shape: Shape, tip: Floats) -> float:
 
 
 class _Meeting(NamedTuple):
-    """Where a line ends at a junction [2], and how far ahead of it the other lines cover, in pixels."""
+    """How a line ends at a junction.
+
+    Attributes:
+        place: where [2].
+        covered: how far ahead of it the other lines cover, in pixels.
+        arm: the line before it was led there.
+        more: the points by which it was.
+    """
 
     place: Floats
     covered: float
+    arm: Arm
+    more: int
 
 
 def joined(
@@ -205,17 +214,42 @@ def joined(
         _go_on(found, places, partner)
         for end, points in found.singles:
             covered = _covered(shape, end, [other for other in meet if other is not end])
-            meeting[end.branch, end.is_start] = _Meeting(points[-1], covered)
+            arm = next(each for each in arms if each.end is end)
+            meeting[end.branch, end.is_start] = _Meeting(points[-1], covered, arm, len(points) - 1)
     closed = {branch for branch, both in zip(kept, ends, strict=True) if both is None}
     chains = [([(k, True)], True) for k in closed] + _chains([k for k in kept if k not in closed | corners], partner)
+    if stems is not None:
+        chains = [(chain, is_ring or _is_closed(shape, places, chain, meeting)) for chain, is_ring in chains]
     lengths = [sum(_length(places[k]) for k, _ in chain) for chain, _ in chains]
-    least = min(length_min * shape.width, max(lengths))
+    least = min(length_min * shape.width, max(lengths, default=0.0))
     chains = [
         chain for chain, length in zip(chains, lengths, strict=True) if length >= least or _has_cap(chain[0], meeting)
     ]
     cap = _cap(shape, places, chains, meeting)
     lines = [_line_of(shape, places, chain, is_ring, meeting, cap) for chain, is_ring in chains]
     return CenterLines([line for line in lines if len(line.points) > 1], cap)
+
+
+def _is_closed(
+    shape: Shape, places: list[Floats], chain: list[tuple[int, bool]], meeting: dict[tuple[int, bool], _Meeting]
+) -> bool:
+    """Return whether a chain that ends at others goes on below them from one end to the other, as a circle may.
+
+    If so, the points between are added to the ``places`` of its last branch, and those that led elsewhere go.
+    """
+    ends = chain[0], (chain[-1][0], not chain[-1][1])
+    if ends[0] == ends[1] or not set(ends) <= meeting.keys():
+        return False
+    head, tail = (meeting[end] for end in ends)
+    between = bridge_of(tail.arm, head.arm)
+    if not len(between) or shape.tree.query(between)[0].min() < (1.0 - STROKES.width_error) * shape.width / 2.0:
+        return False
+    for (branch, is_start), end in zip(ends, (head, tail), strict=True):
+        own = places[branch]
+        places[branch] = own[end.more :] if is_start else own[: len(own) - end.more]
+    branch, is_start = ends[1]
+    places[branch] = np.concatenate([between[::-1], places[branch]] if is_start else [places[branch], between])
+    return True
 
 
 def _go_on(joint: Joint, places: list[Floats], partner: dict[tuple[int, bool], tuple[int, bool]]) -> None:
