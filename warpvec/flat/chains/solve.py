@@ -113,10 +113,11 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
     free[held] = sketch.numbers[sketch.fixed]
     moves = basis[:, np.setdiff1d(np.arange(len(free)), held)]
     sketch.numbers = basis @ free
+    stay = STAY**2 * sparse.eye(moves.shape[1], format="csr")
     for _ in range(rounds if moves.shape[1] else 0):
         residual, slopes = _equations(sketch)
         slopes = slopes @ moves
-        matrix = (slopes.T @ slopes + STAY**2 * sparse.eye(moves.shape[1])).tocsc()
+        matrix = (slopes.T @ slopes + stay).tocsc()
         step = -np.asarray(linalg.spsolve(matrix, slopes.T @ residual))
         most = float(np.abs(step).max(initial=0.0))
         sketch.numbers = sketch.numbers + moves @ step * min(1.0, MOVE_MAX / max(most, 1e-12))
