@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from chain_pictures import line, quarter, rounded_rectangle, split
 
+from warpvec.flat.chains import choice
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.choice import Part, chosen_parts
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE
@@ -63,3 +64,16 @@ def test_firm_boxes_forbid_what_is_near_enough_elsewhere():
     assert [part.kind for part in chosen_parts(chain, 1.0, NATS)] == [LINE]
     firm = chain.firmer_in(np.array([[[0.0, 0.0], [200.0, 200.0]]] * 4))
     assert [part.kind for part in chosen_parts(firm, 1.0, NATS)] != [LINE]
+
+
+def test_parts_that_are_never_priced_are_never_the_cheapest(monkeypatch):
+    rough = rounded_rectangle(40, 30, 200, 120, (40, 10, 0, 40))
+    rough = rough + np.random.default_rng(0).normal(0.0, 0.3, rough.shape)
+    rough[:, 0] = np.roll(rough[:, 3], 1, axis=0)
+    chain = Chain.of(rough, is_closed=False)
+    few = {spread: chosen_parts(chain, spread, NATS) for spread in (0.02, 0.1, 0.5)}
+
+    monkeypatch.setattr(choice, "ROUNDING", np.inf)
+
+    for spread, parts in few.items():
+        assert [part[:3] for part in chosen_parts(chain, spread, NATS)] == [part[:3] for part in parts]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, dot
 from warpvec.flat.chains.parts import unit
 from warpvec.flat.cutting.cut_edges import between
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
@@ -123,7 +123,7 @@ class Chain:
         """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
         return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover)
 
-    @property
+    @cached_property
     def along(self) -> Floats:
         """Direction of the chain at each point [K, 2]: the mean of both sides."""
         return unit(self.before + self.after)
@@ -188,4 +188,4 @@ def _directions(curves: Floats, parameters: Floats) -> Floats:
 
 def angle_between(first: Floats, second: Floats) -> Floats:
     """Return the angle in degrees between unit vectors [..., 2]."""
-    return np.degrees(np.arccos(np.clip((first * second).sum(-1), -1.0, 1.0)))
+    return np.degrees(np.arccos(np.clip(dot(first, second), -1.0, 1.0)))

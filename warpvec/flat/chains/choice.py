@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, counted, cross, dot, lengths_of
 from warpvec.flat import price
 from warpvec.flat.chains.chain import Chain, angle_between
-from warpvec.flat.chains.parts import CUBIC, LINE, unit
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 
@@ -46,6 +46,12 @@ RISE = 3.0
 
 JOINED_SAMPLES = 16
 """Points of the chain to which a cubic over several curves is fitted."""
+
+SAVED_MAX = 1.0
+"""Most numbers that a part saves: half of one at each smooth joint, or one if it is a level line."""
+
+ROUNDING = 1e-6
+"""Numbers by which two sums of equal prices may differ."""
 
 LENGTH_ERROR = 0.2
 """Largest share by which the length of a line or an arc may differ from that of the chain: a hairpin lies on a line,
@@ -85,52 +91,89 @@ def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
     first, last = _pairs(chain)
     if not len(first):
         return []
-    count, per_square = len(chain.points), 1.0 / (2.0 * spread**2 * REACH * number_nats)
+    offers = _Offers.of(chain, first, last, spread, 1.0 / (2.0 * spread**2 * REACH * number_nats))
+    by_curves, is_own = _numbers_by_curves(chain, first, last), chain.curve[first] == chain.curve[last - 1]
+    offers.prices[CUBIC, is_own] = by_curves[is_own]
     moments = _moments(chain, first, last)
-    line, line_ways = _lines(moments, chain, first, last)
-    arc, arc_ways, bulge = _arcs(moments, chain, first, last, RISE * spread)
-    cubic = np.where(chain.curve[first] == chain.curve[last - 1], 0.0, np.inf)
-    cubic_ways = np.stack([chain.along[first], chain.along[last]], 1)
-    ways = np.stack([line_ways, arc_ways, cubic_ways], 1)
-    words = _words(chain, ways, first, last, spread)
-    offers = _Offers(first, last, np.stack([line, arc, cubic], 1) * per_square + words, ways, bulge, {})
-    parts = _cheapest(count, offers)
-    ends = np.union1d([part.first for part in parts], np.flatnonzero(np.diff(chain.curve)) + 1)
-    rows = np.flatnonzero(np.isin(first, ends) & np.isin(last, [*ends, count - 1]) & np.isinf(cubic))
+    for kind, find in ((LINE, _lines), (ARC, _arcs)):
+        # What costs more than cubics along each curve is never the cheapest.
+        room = by_curves + ROUNDING - (NUMBERS[kind] + WORD - SAVED_MAX)
+        find(offers, moments, room / offers.per_square)
+    parts = _cheapest(offers)
+    is_end = np.zeros(len(chain.points), bool)
+    is_end[[*(part.first for part in parts), *(np.flatnonzero(np.diff(chain.curve)) + 1), -1]] = True
+    rows = np.flatnonzero(is_end[first] & is_end[last] & ~is_own)
     if not len(rows):
         return parts
     handles, square = joined(chain, first[rows], last[rows])
     start, end = handles[:, 0] - chain.points[first[rows]], chain.points[last[rows]] - handles[:, 1]
-    ways[rows, CUBIC] = unit(np.stack([start, end], 1))
-    words = _words(chain, ways[rows], first[rows], last[rows], spread)
-    offers.prices[rows, CUBIC] = square * per_square + words[:, CUBIC]
-    return _cheapest(count, offers._replace(handles=dict(zip(rows.tolist(), handles, strict=True))))
+    offers.add(CUBIC, rows, square, unit(np.stack([start, end], 1)))
+    offers.handles.update(zip(rows.tolist(), handles, strict=True))
+    return _cheapest(offers)
 
 
 class _Offers(NamedTuple):
-    """Parts between B pairs of points: prices [B, 3], directions [B, 3, 2, 2], bulges [B], and some handles [2, 2]."""
+    """Parts of a chain between B pairs of points.
 
+    Attributes:
+        chain: the chain.
+        first, last: the pairs [B].
+        spread: standard deviation in pixels of its places.
+        per_square: numbers that a squared distance costs.
+        prices: numbers that a part of each kind costs [3, B]; infinity for none.
+        ways: its unit directions at both ends [3, B, 2, 2].
+        bulge: those of arcs [B].
+        handles: some of cubics along several curves [2, 2], by their pairs.
+    """
+
+    chain: Chain
     first: Integers
     last: Integers
+    spread: float
+    per_square: float
     prices: Floats
     ways: Floats
     bulge: Floats
     handles: dict[int, Floats]
 
+    @staticmethod
+    def of(chain: Chain, first: Integers, last: Integers, spread: float, per_square: float) -> _Offers:
+        """Return no parts yet between the pairs ``first`` and ``last`` [B]."""
+        count = len(first)
+        prices, ways = np.full((3, count), np.inf), np.zeros((3, count, 2, 2))
+        return _Offers(chain, first, last, spread, per_square, prices, ways, np.zeros(count), {})
 
-def _words(chain: Chain, ways: Floats, first: Integers, last: Integers, spread: float) -> Floats:
-    """Return the numbers that parts say [B, 3], with directions ``ways`` [B, 3, 2, 2], between points [B]."""
-    saved, kinks = np.zeros((2, len(first), 3))
-    reach = np.linalg.norm(chain.points[last] - chain.points[first], axis=1)
+    def add(self, kind: int, rows: Integers, squares: Floats, ways: Floats) -> None:
+        """Add parts of one ``kind`` for the pairs ``rows`` [K]: sums of ``squares`` [K] and directions [K, 2, 2]."""
+        words = _words(self.chain, kind, ways, self.first[rows], self.last[rows], self.spread)
+        self.prices[kind, rows] = squares * self.per_square + words
+        self.ways[kind, rows] = ways
+
+
+def _numbers_by_curves(chain: Chain, first: Integers, last: Integers) -> Floats:
+    """Return the numbers of cubics along each curve of a chain between points [B]."""
+    is_smooth = angle_between(chain.along, chain.along) <= SMOOTH_DEGREES  # a cusp has no direction
+    joint = np.where(chain.is_corner, 0.0, np.where(is_smooth, -0.5, 0.5 * KINK))
+    begins = np.append(True, np.diff(chain.curve) > 0)
+    up_to = np.cumsum(np.where(begins, WORD + NUMBERS[CUBIC] + 2.0 * joint[:-1], 0.0))
+    found: Floats = WORD + NUMBERS[CUBIC] + joint[first] + joint[last] + up_to[last - 1] - up_to[first]
+    return found
+
+
+def _words(chain: Chain, kind: int, ways: Floats, first: Integers, last: Integers, spread: float) -> Floats:
+    """Return the numbers that parts of one ``kind`` say [B], with directions ``ways`` [B, 2, 2], between points [B]."""
+    saved, kinks = np.zeros((2, len(first)))
+    reach = lengths_of(chain.points[last] - chain.points[first])
     smooth = np.minimum(SMOOTH_DEGREES + np.degrees(3.0 * spread / np.maximum(reach, 1e-6)), SMOOTH_DEGREES_MAX)
     for side, place in ((0, first), (1, last)):
-        off = angle_between(ways[:, :, side], chain.along[place][:, None])
-        is_free = chain.is_corner[place][:, None]
-        saved += np.where(is_free | (off > smooth[:, None]), 0.0, 0.5)
-        kinks += np.where(is_free | (off <= smooth[:, None]), 0.0, 0.5 * KINK)
-    tilt = np.abs(ways[:, LINE, 0]).min(1)
-    saved[:, LINE] = np.maximum(saved[:, LINE], tilt <= np.sin(np.radians(LEVEL_DEGREES)))
-    found: Floats = WORD + np.array(NUMBERS) - saved + kinks
+        off = angle_between(ways[:, side], chain.along[place])
+        is_free = chain.is_corner[place]
+        saved += np.where(is_free | (off > smooth), 0.0, 0.5)
+        kinks += np.where(is_free | (off <= smooth), 0.0, 0.5 * KINK)
+    if kind == LINE:
+        tilt = np.minimum(*np.abs(ways[:, 0]).T)
+        saved = np.maximum(saved, tilt <= np.sin(np.radians(LEVEL_DEGREES)))
+    found: Floats = WORD + NUMBERS[kind] - saved + kinks
     return found
 
 
@@ -154,11 +197,11 @@ def numbers_of(parts: list[Part]) -> float:
 
 def _pairs(chain: Chain) -> tuple[Integers, Integers]:
     """Return the first and last points of all parts that pass no corner."""
-    count = len(chain.points)
-    first, last = np.triu_indices(count, 1)
-    passed = np.concatenate([[0], np.cumsum(chain.is_corner)])
-    own = passed[last] - passed[first + 1] == 0
-    return first[own], last[own]
+    begin, end = np.arange(len(chain.points) - 1), len(chain.points) - 1
+    corners = np.append(np.flatnonzero(chain.is_corner[:-1]), end)
+    counts = corners[np.searchsorted(corners, begin + 1)] - begin
+    first = np.repeat(begin, counts)
+    return first, first + 1 + counted(counts)
 
 
 class _Moments(NamedTuple):
@@ -174,28 +217,30 @@ def _moments(chain: Chain, first: Integers, last: Integers) -> _Moments:
     q = x * x + y * y
     terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y, q, q * x, q * y, q * q])
     sums = np.concatenate([np.zeros((10, 1)), np.cumsum(terms * chain.lengths * chain.weights, 1)], 1)
-    return _Moments(sums[:, last] - sums[:, first], center)
+    return _Moments(sums.take(last, 1) - sums.take(first, 1), center)
 
 
-def _lines(moments: _Moments, chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats]:
-    """Return the sums of squared distances from the nearest lines [B], and their directions at both ends [B, 2, 2]."""
+def _lines(offers: _Offers, moments: _Moments, most: Floats) -> None:
+    """Add the nearest lines whose sums of squared distances are ``most`` [B] or less."""
     n, x, y, xx, xy, yy = moments.sums[:6]
     a, b, c = xx - x * x / n, xy - x * y / n, yy - y * y / n
     root = np.hypot((a - c) / 2.0, b)
-    angle = np.arctan2(b, (a - c) / 2.0) / 2.0
-    way = np.stack([np.cos(angle), np.sin(angle)], 1)
+    squares = np.maximum((a + c) / 2.0 - root, 0.0)
+    rows = np.flatnonzero(squares <= most)
+    chain, first, last = offers.chain, offers.first[rows], offers.last[rows]
     chord = chain.points[last] - chain.points[first]
-    way *= np.where((way * chord).sum(1) < 0.0, -1.0, 1.0)[:, None]
-    is_there = np.linalg.norm(chord, axis=1) >= (1.0 - LENGTH_ERROR) * chain.length_between(first, last)
-    return np.where(is_there, np.maximum((a + c) / 2.0 - root, 0.0), np.inf), np.repeat(way[:, None], 2, 1)
+    is_there = lengths_of(chord) >= (1.0 - LENGTH_ERROR) * chain.length_between(first, last)
+    rows, chord = rows[is_there], chord[is_there]
+    angle = np.arctan2(b[rows], (a[rows] - c[rows]) / 2.0) / 2.0
+    way = np.stack([np.cos(angle), np.sin(angle)], 1)
+    way *= np.where(dot(way, chord) < 0.0, -1.0, 1.0)[:, None]
+    offers.add(LINE, rows, squares[rows], np.repeat(way[:, None], 2, 1))
 
 
-def _arcs(
-    moments: _Moments, chain: Chain, first: Integers, last: Integers, rise_min: float
-) -> tuple[Floats, Floats, Floats]:
-    """Return the sums of squared distances from the nearest arcs [B], their directions [B, 2, 2] and bulges [B].
+def _arcs(offers: _Offers, moments: _Moments, most: Floats) -> None:
+    """Add the nearest arcs whose sums of squared distances are ``most`` [B] or less.
 
-    Arcs that rise by less than ``rise_min`` pixels over their chords are lines.
+    Arcs that rise by less than ``RISE`` over their chords are lines.
     """
     n, x, y, xx, xy, yy, q, qx, qy, qq = moments.sums
     a, b, c = xx - x * x / n, xy - x * y / n, yy - y * y / n
@@ -206,42 +251,45 @@ def _arcs(
     cx, cy = (u * c - v * b) / safe / 2.0, (v * a - u * b) / safe / 2.0
     left = np.maximum(w - 2.0 * (cx * u + cy * v), 0.0)
     square = (q - 2.0 * (cx * x + cy * y)) / n + cx * cx + cy * cy
-    center = np.stack([cx, cy], 1) + moments.center
+    squares = left / (4.0 * np.maximum(square, 1e-9))
+    is_bent &= (offers.last - offers.first >= 3) & (square > 0.0) & (squares <= most)
+    rows = np.flatnonzero(is_bent)
+    radius, center = np.sqrt(square[rows]), np.stack([cx[rows], cy[rows]], 1) + moments.center
+    chain, first, last = offers.chain, offers.first[rows], offers.last[rows]
     start, end = chain.points[first] - center, chain.points[last] - center
-    along = chain.along[first]
-    side = np.sign(start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0])
-    turn = np.arctan2(start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0], (start * end).sum(1)) * side
+    side = np.sign(cross(start, chain.along[first]))
+    turn = np.arctan2(cross(start, end), dot(start, end)) * side
     turn = np.where(turn < 0.0, turn + 2.0 * np.pi, turn)
+    length = radius * turn
+    is_there = (turn <= SWEEP_MAX) & (side != 0.0)
+    is_there &= np.abs(length - chain.length_between(first, last)) <= LENGTH_ERROR * length
+    is_there &= radius * (1.0 - np.cos(turn / 2.0)) >= RISE * offers.spread
     ways = unit(np.stack([start, end], 1)) * side[:, None, None]
     ways = np.stack([-ways[..., 1], ways[..., 0]], -1)
-    is_bent &= (turn <= SWEEP_MAX) & (last - first >= 3) & (square > 0.0) & (side != 0.0)
-    length = np.sqrt(np.maximum(square, 0.0)) * turn
-    is_bent &= np.abs(length - chain.length_between(first, last)) <= LENGTH_ERROR * length
-    is_bent &= np.sqrt(np.maximum(square, 0.0)) * (1.0 - np.cos(turn / 2.0)) >= rise_min
-    distance = np.where(is_bent, left / (4.0 * np.maximum(square, 1e-9)), np.inf)
-    return distance, ways, side * np.tan(np.minimum(turn, SWEEP_MAX) / 4.0)
+    offers.bulge[rows] = side * np.tan(np.minimum(turn, SWEEP_MAX) / 4.0)
+    offers.add(ARC, rows[is_there], squares[rows[is_there]], ways[is_there])
 
 
-def _cheapest(count: int, offers: _Offers) -> list[Part]:
-    """Return the parts of the cheapest way from the first of ``count`` points to the last."""
-    first, last, prices, ways, bulge, handles = offers
-    kind = np.argmin(prices, 1)
-    lowest = np.take_along_axis(prices, kind[:, None], 1)[:, 0]
-    order = np.argsort(last, kind="stable")
-    bounds = np.searchsorted(last[order], np.arange(count + 1))
+def _cheapest(offers: _Offers) -> list[Part]:
+    """Return the parts of the cheapest way from the first point of the chain to the last."""
+    chain, first, last, prices = offers.chain, offers.first, offers.last, offers.prices
+    count = len(chain.points)
+    lowest = np.full((count, count), np.inf)
+    lowest[last, first] = np.minimum(np.minimum(prices[LINE], prices[ARC]), prices[CUBIC])
     so_far, chosen = np.zeros(count), np.zeros(count, np.int64)
     for end in range(1, count):
-        own = order[bounds[end] : bounds[end + 1]]
-        total = so_far[first[own]] + lowest[own]
-        best = int(np.argmin(total))
-        so_far[end], chosen[end] = total[best], own[best]
-    parts, at = list[Part](), count - 1
+        total = so_far[:end] + lowest[end, :end]
+        chosen[end] = best = int(total.argmin())
+        so_far[end] = total[best]
+    parts, at, begins = list[Part](), count - 1, np.searchsorted(first, np.arange(count))
     while at > 0:
-        row = int(chosen[at])
-        found = int(kind[row])
-        joined_handles = handles.get(row) if found == CUBIC else None
-        parts.append(Part(found, int(first[row]), at, ways[row, found], float(bulge[row]), joined_handles))
-        at = int(first[row])
+        begin = int(chosen[at])
+        row = int(begins[begin]) + at - begin - 1
+        kind = int(np.argmin(prices[:, row]))
+        handles = offers.handles.get(row) if kind == CUBIC else None
+        ways = chain.along[[begin, at]] if kind == CUBIC and handles is None else offers.ways[kind, row]
+        parts.append(Part(kind, begin, at, ways, float(offers.bulge[row]), handles))
+        at = begin
     return parts[::-1]
 
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, lengths_of
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
 
 LINE, ARC, CUBIC = 0, 1, 2
@@ -87,4 +87,4 @@ def turned(vectors: Floats, angle: Floats) -> Floats:
 
 def unit(vectors: Floats) -> Floats:
     """Return ``vectors`` [..., 2] with the length 1."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+    return vectors / np.maximum(lengths_of(vectors)[..., None], 1e-12)

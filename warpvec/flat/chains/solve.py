@@ -8,14 +8,16 @@ is held by weights.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
-from warpvec.arrays import Floats, Integers
+from warpvec.arrays import Floats, Integers, dot
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.parts import ARC, SAMPLES, SIZES, drawn, radius_of
+from warpvec.flat.chains.track import Track
 
 ROUNDS = 5
 """Most Gauss-Newton steps. The last ones move nodes by less than ``MOVED``."""
@@ -96,6 +98,11 @@ class Sketch:
         """Return the numbers of a part."""
         return self.numbers[self.columns[part]]
 
+    @cached_property
+    def track(self) -> Track:
+        """Its chains one after the other, with its parts."""
+        return Track.of(self.chains, self.chain, self.first, self.last)
+
     def rows_of_kind(self, kind: int) -> Integers:
         """Return the parts of a kind."""
         return np.flatnonzero(self.kind == kind)
@@ -108,10 +115,11 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
     free[basis[held].indices] = sketch.numbers[held]
     moves = _moves(sketch, basis)
     sketch.numbers = basis @ free
+    stay = STAY**2 * sparse.eye(moves.shape[1], format="csr")
     for _ in range(rounds if moves.shape[1] else 0):
         residual, slopes = _equations(sketch)
         slopes = slopes @ moves
-        matrix = (slopes.T @ slopes + STAY**2 * sparse.eye(moves.shape[1])).tocsc()
+        matrix = (slopes.T @ slopes + stay).tocsc()
         step = -np.asarray(linalg.spsolve(matrix, slopes.T @ residual))
         most = float(np.abs(step).max(initial=0.0))
         sketch.numbers = sketch.numbers + moves @ step * min(1.0, MOVE_MAX / max(most, 1e-12))
@@ -183,15 +191,13 @@ def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
         parts = sketch.rows_of_kind(kind)
         if not len(parts):
             continue
-        numbers = np.stack([sketch.of(part) for part in parts])
         columns = np.stack([sketch.columns[part] for part in parts])
-        points, ends = drawn(kind, numbers)
-        moves, turns = _derivatives(kind, numbers, size)
+        points, ends, moves, turns = _derivatives(kind, sketch.numbers[columns], size)
         for row, part in enumerate(parts.tolist()):
             ways[part] = ends[row], turns[:, row], columns[row]
-            residual, normal, weight = _distances(sketch, part, points[row])
-            slopes = np.einsum("kpd,pd->pk", moves[:, row], normal) * weight[:, None]
-            found.add(residual * weight, slopes, np.repeat(columns[row][None], SAMPLES, 0))
+        residual, normal, weight = sketch.track.distances(parts, points)
+        slopes = np.moveaxis(dot(moves, normal), 0, 2) * weight[..., None]
+        found.add((residual * weight).ravel(), slopes.reshape(-1, size), np.repeat(columns, SAMPLES, 0))
     _hold_ends(sketch, found)
     _hold_joints(sketch, ways, found)
     _hold_square(sketch, ways, found)
@@ -202,39 +208,19 @@ def _equations(sketch: Sketch) -> tuple[Floats, sparse.csr_matrix]:
     return found.matrix(len(sketch.numbers))
 
 
-def _derivatives(kind: int, numbers: Floats, size: int) -> tuple[Floats, Floats]:
-    """Return how points [K, B, SAMPLES, 2] and directions [K, B, 2, 2] of parts follow each of their K numbers."""
-    moves, turns = [], []
-    for k in range(size):
-        more, less = numbers.copy(), numbers.copy()
-        more[:, k] += STEP
-        less[:, k] -= STEP
-        after, before = drawn(kind, more), drawn(kind, less)
-        moves.append((after[0] - before[0]) / (2.0 * STEP))
-        turns.append((after[1] - before[1]) / (2.0 * STEP))
-    return np.stack(moves), np.stack(turns)
+def _derivatives(kind: int, numbers: Floats, size: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return what parts of one ``kind`` with ``numbers`` [B, K] draw, and how that follows each of their K numbers.
 
-
-def _distances(sketch: Sketch, part: int, points: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return signed distances of ``points`` [S, 2] of a part from its chain, normals [S, 2] and weights [S]."""
-    chain, first, last = sketch.chains[sketch.chain[part]], int(sketch.first[part]), int(sketch.last[part])
-    off = np.square(points[:, None] - chain.points[first : last + 1]).sum(2)
-    near = first + np.argmin(off, 1)
-    ahead = ((points - chain.points[near]) * chain.along[near]).sum(1) >= 0.0
-    start = np.clip(np.where(ahead, near, near - 1), first, last - 1)
-    stop = start + 1
-    way = chain.points[stop] - chain.points[start]
-    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
-    normal = np.stack([-way[:, 1], way[:, 0]], 1)
-    a, b, c = chain.points[start], chain.middles[start], points
-    # The chain bends between its points: its middle says how far.
-    span = np.maximum(np.linalg.norm(chain.points[stop] - a, axis=1), 1e-9)
-    share = np.clip(((c - a) * way).sum(1) / span, 0.0, 1.0)
-    bend = 4.0 * share * (1.0 - share) * ((b - a) * normal).sum(1)
-    residual = ((c - a) * normal).sum(1) - bend
-    length = chain.lengths[sketch.first[part] : sketch.last[part]].sum() / SAMPLES
-    weight = chain.weights[start]
-    return residual, normal, np.sqrt(length * weight)
+    Returns:
+        points [B, SAMPLES, 2], directions at both ends [B, 2, 2], and both derivatives [K, B, ...].
+    """
+    count, own = len(numbers), np.arange(size)
+    moved = np.repeat(numbers[None], 2 * size + 1, 0)
+    moved[own, :, own] += STEP
+    moved[own + size, :, own] -= STEP
+    points, ends = (each.reshape(2 * size + 1, count, -1, 2) for each in drawn(kind, moved.reshape(-1, size)))
+    moves, turns = ((each[:size] - each[size:-1]) / (2.0 * STEP) for each in (points, ends))
+    return points[-1], ends[-1], moves, turns
 
 
 def _hold_ends(sketch: Sketch, found: _Triplets) -> None:
