@@ -193,8 +193,8 @@ class StrokeConstants:
     becomes sharp with 1.2, not with 1."""
 
     detail_peak: float = 3.0
-    """The same for each segment of an outline alone: where it moves by more, ends of lines stick out by a pixel. Strokes
-    of lucide-static with 0.37 and 0.5 px were off by 1 and 2.5 px somewhere, those with 0.3 px by half a pixel."""
+    """The same for each segment of an outline alone: where it moves by more, ends of lines stick out by a pixel.
+    Strokes of lucide-static with 0.37 and 0.5 px were off by 1 and 2.5 px somewhere, those with 0.3 px by half one."""
 
     close_share: float = 0.8
     """Share of the detail by which outlines may move without a difference. Strokes that move farther are tried with
