@@ -6,6 +6,7 @@ ellipse.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -75,7 +76,9 @@ class SoftDrawing:
             sharp, left_out = replace(self.clean, config=filled, known=self.clean.outlines).draw(detail)
             scene = self._with_shadows(sharp)
         left = unexplained(self.hard.rough.mixed(), self.work.image.numpy())
-        if scene is None or self._error(scene) > max(SOFTNESS.error_right, left):
+        # What the sharp paths leave of the picture without shadows is left by any drawing, as of jagged edges.
+        own = _error(Critic(self.clean.picture, self.work.config), sharp)
+        if scene is None or _error(self._critic, scene) > math.hypot(max(SOFTNESS.error_right, left), own):
             return None
         return scene, left_out
 
@@ -122,10 +125,6 @@ class SoftDrawing:
     @cached_property
     def _critic(self) -> Critic:
         return Critic(self._picture, self.work.config)
-
-    def _error(self, scene: Scene) -> float:
-        """Return what a drawing leaves of the picture, the root of the mean square in levels."""
-        return 255.0 * float(self._critic.target.squared_error(scene).mean() / 3.0) ** 0.5
 
     def _with_shadows(self, sharp: Scene) -> Scene | None:
         """Return ``sharp``, the drawing without the shadows, above soft paths; None if its paths do not cast one."""
@@ -190,6 +189,11 @@ class SoftDrawing:
         locked = scene.softness.is_soft.clone()
         locked[locked.clone()] = torch.tensor([bool(each.casters) for each in placed])
         return polish(self._critic.target, scene, work.config, part, iterations=count, locked=locked).scene
+
+
+def _error(critic: Critic, scene: Scene) -> float:
+    """Return what a drawing leaves of the picture of ``critic``, the root of the mean square in levels."""
+    return 255.0 * float(critic.target.squared_error(scene).mean() / 3.0) ** 0.5
 
 
 def _above(scene: Scene, below: int) -> Scene:
