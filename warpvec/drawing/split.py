@@ -109,9 +109,10 @@ def _text(drawing: Drawing, scene: Scene, width: int, height: int) -> str:
     if sides is not None:
         sides = _share(sides[0], width / columns), _share(sides[1], height / rows)
     if encoding.is_minified:
-        units = flat_units(encoding.settings)
+        units, precision = (1, encoding.precision) if encoding.grid else (flat_units(encoding.settings), 0)
         sides, scene = sides or (str(width), str(height)), scene.scaled(units, units)
-        text = write_minified(scene, units * width, units * height, sides, keeps_layers=encoding.keeps_layers)
+        size, keeps_layers = (units * width, units * height), encoding.keeps_layers
+        text = write_minified(scene, *size, sides, precision=precision, keeps_layers=keeps_layers)
     else:
         precision, names = encoding.precision, encoding.layer_names
         text = write_svg(scene, width, height, precision=precision, sides=sides, layer_names=names)

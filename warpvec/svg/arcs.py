@@ -90,7 +90,7 @@ def turn_of(step: Ticks, arc: Arc) -> float:
 def arc_of(rows: Ticks, step: Ticks) -> Arc | None:
     """Return the arc that stands for just the cubics ``rows`` [n, 3, 2] from 0 to ``step`` [2]; None if none does.
 
-    Of several it is one with the shortest radius.
+    Of several it is one whose radius has the fewest digits.
     """
     for arc in sorted(_near(rows.astype(np.float64), step), key=_length):
         found = arc_rows(step, arc)
@@ -102,7 +102,7 @@ def arc_of(rows: Ticks, step: Ticks) -> Arc | None:
 def nearest_arc(rows: Floats, step: Ticks, tolerance: float) -> Arc | None:
     """Return the arc from 0 to ``step`` [2] nearest to the cubics ``rows`` [n, 3, 2]; None if all are farther away.
 
-    Of those that the rounding of ends does not tell apart, it is the one with the shortest radius.
+    Of those that the rounding of ends does not tell apart, it is the one whose radius has the fewest digits.
 
     Args:
         rows: control points in ticks.

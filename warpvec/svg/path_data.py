@@ -1,8 +1,8 @@
 """Path data of warpvec's own files: written in few characters, and read back exactly.
 
-A path has its loops one after another, the first one with an absolute start, the others relative to the start of the
-loop before, or to its end if it is open. Numbers are whole *ticks*, units of the last decimal: differences of rounded
-positions and not rounded differences, so that a reader's sums are exact.
+A path has its loops one after another. The first one has an absolute start, and so has one after a point; the others
+are relative to the start of the loop before, or to its end if it is open. Numbers are whole *ticks*, units of the last
+decimal: differences of rounded positions and not rounded differences, so that a reader's sums are exact.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from chain_pictures import line, quarter
 
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.grid import Grid, grid_of, hold_grid
-from warpvec.flat.chains.parts import ARC, radius_of
+from warpvec.flat.chains.parts import ARC, bulge_of, radius_of
 from warpvec.flat.chains.sketch import parted, sketch_of
 
 UNIT = 512 / 24
@@ -81,3 +81,12 @@ def test_a_node_between_a_line_and_an_arc_follows_from_the_radius():
     # Files in units have four decimals.
     assert abs(abs(float(radius_of(numbers[None])[0])) / UNIT - 2.0) < 1e-9
     assert np.allclose(numbers[:4] / UNIT, [4, 18, 6, 20], atol=1e-9)
+
+
+@pytest.mark.parametrize("bulge", [0.1, -0.5, 1.6])
+def test_the_bulge_of_a_radius_is_that_of_the_arc_with_it(bulge: float):
+    numbers = np.array([1.0, 2.0, 7.0, 10.0, bulge])
+    radius = abs(float(radius_of(numbers[None])[0]))
+    assert abs(bulge_of(numbers, radius) - bulge) < 1e-9
+    assert abs(bulge_of(numbers, 4.9)) == 1.0  # the chord is 10
+    assert bulge_of(np.array([1.0, 2.0, 1.0, 2.0, bulge]), 3.0) == bulge

@@ -45,3 +45,11 @@ def test_other_discs_stay(shape: str) -> None:
     assert scene.strokes is not None and sorted(scene.strokes.is_stroked.tolist()) == [False, True]
     again = with_pen_dots(scene)
     assert torch.equal(again.segments, scene.segments)
+
+
+def test_a_dot_on_another_shape_stays_above_it() -> None:
+    """The line lies below that shape, so the dot may not go into its path."""
+    shapes = stroke("M20 40H108", 10) + '<rect x="44" y="20" width="40" height="40" fill="#7cf"/>' + disc(5)
+    scene = drawn(shapes)
+    assert error(scene, shapes) < 2.0
+    assert scene.strokes is not None and int(scene.strokes.is_stroked.sum()) == 2 and not scene.strokes.is_stroked[1]

@@ -53,8 +53,13 @@ def radius_of(numbers: Floats) -> Floats:
 
 
 def bulge_of(numbers: Floats, radius: float) -> float:
-    """Return the bulge by which an arc with ``numbers`` [5] has this ``radius``; 1 or -1 if its chord is too long."""
+    """Return the bulge by which an arc with ``numbers`` [5] has this ``radius``; 1 or -1 if its chord is too long.
+
+    An arc without a chord keeps its own.
+    """
     chord, bulge = float(np.linalg.norm(numbers[2:4] - numbers[:2])), float(numbers[4])
+    if chord == 0.0:
+        return bulge
     rise = math.sqrt(max(radius * radius - chord * chord / 4.0, 0.0))
     share = (radius + rise if abs(bulge) > 1.0 else radius - rise) / (chord / 2.0)
     return math.copysign(share if rise > 0.0 else 1.0, bulge)

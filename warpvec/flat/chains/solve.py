@@ -130,8 +130,8 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
 def deviations(sketch: Sketch, slopes: sparse.csr_matrix) -> Floats:
     """Return the standard deviations of values [K] that follow the numbers of a solved ``sketch`` by ``slopes`` [K, M].
 
-    They are in those of places at a pixel of chain. Where a line becomes an arc smoothly, for example, a node may move
-    along both and hardly shows. What fixed numbers say has 0.
+    The unit is the deviation of the place of one pixel of outline. Where a line becomes an arc smoothly, for example, a
+    node may move along both and hardly shows. What fixed numbers say has 0.
     """
     moves = _moves(sketch, _basis(sketch))
     found = np.zeros(slopes.shape[0])

@@ -79,9 +79,13 @@ def chosen_joint(
     """
     near, far = junctions[junction], STROKES.corner_far * shape.width
     stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
+    usual = _Way(_bent(usual_joint(shape, arms, near), arms, STEP_SHARE * shape.width))
+    if any(np.linalg.norm(arm.tip - near) > far for arm in arms):
+        return usual.joint, None
     drawing = _Drawing.of(shape, lines, arms, junction, junctions, stems)
-    step = STEP_SHARE * shape.width
-    ways = [_Way(_bent(usual_joint(shape, arms, near), arms, step))]
+    if drawing.wrong(usual) <= GAIN_MIN:
+        return usual.joint, None
+    ways = [usual]
     for own in (arms, [_straight(arm) for arm in arms], [_straight(_part(arm, shape.width)) for arm in arms]):
         ways += _ways(shape, own, near, stems)
     wrong = [drawing.wrong(way) for way in ways]
@@ -206,9 +210,13 @@ class _Drawing(NamedTuple):
         reach = max(away, default=0.0) + shape.width
         along = np.arange(-reach, reach, shape.width / CELLS)
         cells = near + np.stack(np.meshgrid(along, along), -1).reshape(-1, 2)
-        is_own = np.linalg.norm(cells[:, None] - junctions, axis=2).argmin(1) == junction
-        cells = cells[is_own]
-        drawn = {branch: _dense(points, step) for branch, points in lines.items()}
+        cells = cells[cKDTree(junctions).query(cells)[1] == junction]
+        around = (reach + shape.width) * math.sqrt(2.0)
+        drawn = {
+            branch: _dense(points, step)
+            for branch, points in lines.items()
+            if np.linalg.norm(points - near, axis=1).min() <= around
+        }
         own = {stem.branch: _to_tip(drawn[stem.branch], stem.tip, step) for stem in stems if stem.branch in drawn}
         rest = [points for branch, points in drawn.items() if branch not in own]
         distance = cKDTree(np.concatenate(rest)).query(cells)[0] if rest else np.full(len(cells), np.inf)

@@ -46,7 +46,8 @@ export function path2dOf(shape) {
   return path;
 }
 
-/** Returns path data with `decimals`, as warpvec/svg/path_data.py writes it: only the first start is absolute. */
+/** Returns path data with `decimals`, as warpvec/svg/path_data.py writes it: the first start is absolute, and one after a
+ * point, as a point is a short line and the pen lies beside it. */
 export function writeShape(shape, decimals) {
   if (shape.d !== null) return shape.d;
   const perUnit = 10 ** decimals;
@@ -56,8 +57,10 @@ export function writeShape(shape, decimals) {
     const { points, closed } = subpath;
     const start = [toTicks(points[0], perUnit), toTicks(points[1], perUnit)];
     const move = at ? [start[0] - at[0], start[1] - at[1]] : start;
-    text += (at ? "m" : "M") + numberList(move, perUnit) + writeSegments(subpath, perUnit) + (closed ? "z" : "");
+    const segments = writeSegments(subpath, perUnit);
+    text += (at ? "m" : "M") + numberList(move, perUnit) + segments + (closed ? "z" : "");
     at = closed ? start : [...points.slice(-2)].map((value) => toTicks(value, perUnit));
+    if (!closed && /^h\.0?1$/.test(segments)) at = null;
   }
   return text;
 }
