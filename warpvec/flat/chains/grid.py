@@ -121,6 +121,9 @@ def grid_of(values: Floats, size: tuple[int, int], spread: float, wanted: str = 
         return None
     if wanted != AUTO:
         return _explained(own, max(size) / int(wanted), int(wanted), spread) if fits(size, int(wanted)) else None
+    # The centre and the border of any drawing may be on a grid.
+    usual = np.array([0.0, *(share * side for side in size for share in (0.5, 1.0))])
+    own = own[np.abs(own[:, None] - usual).min(1) > 2.0 * spread]
     found = [_explained(own, max(size) / side, side, spread) for side in SIDES if fits(size, side)]
     best = max(found, key=lambda grid: grid.nats, default=None)
     # Whole pixels are multiples of some part of many units: the unit itself must explain more.
