@@ -36,6 +36,11 @@ def lengths_of(vectors: Floats) -> Floats:
     return lengths
 
 
+def reached(points: Floats) -> Floats:
+    """Return how far along a polyline each of its ``points`` [M, 2] lies [M]."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
 def cross(first: Floats, second: Floats) -> Floats:
     """Return the cross products [...] of vectors [..., 2]: above 0 where the turn is from x to y."""
     product: Floats = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]

@@ -316,10 +316,10 @@ class Result:
         encoding = self.encoding
         if not encoding.grid:
             return {}
-        from warpvec.flat.chains.grid import share_on_halves  # it loads SciPy
+        from warpvec.flat.chains.grid import share_on_halves, stated_numbers  # it loads SciPy
 
         picture = encoding.picture
-        share = share_on_halves(self.scene, max(picture.width, picture.height) / encoding.grid)
+        share = share_on_halves(stated_numbers(self.scene), max(picture.width, picture.height) / encoding.grid)
         return {"grid": encoding.grid, "grid_share": round(share, 3)}
 
     def _thin_strokes(self) -> dict[str, Any]:

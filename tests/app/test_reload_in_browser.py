@@ -108,7 +108,7 @@ def test_a_page_goes_on_after_a_reload_and_a_new_start_of_the_server(browser: An
 
 
 class Held:
-    """Holds what the server says of its pictures, and its answers to new ones, until a test lets them go."""
+    """Holds the messages of the server about pictures until a test lets them go."""
 
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.patch = patch

@@ -1,4 +1,4 @@
-"""Round the equal lines of a drawing that nearly are the dashes of one line so that its file can state them as such."""
+"""Round equal lines that nearly are the dashes of one line, so that a file can state that dashed line."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Integers, Mask, dot
+from warpvec.arrays import Floats, Integers, Mask, counted, dot
 from warpvec.flat.chains.parts import unit
 from warpvec.flat.cutting.cut_edges import between
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
@@ -97,7 +97,7 @@ class Chain:
         step = max(STEP, float(length.sum()) / POINTS_MAX)
         counts = np.maximum(np.ceil(length / step).astype(np.int64), CURVE_POINTS_MIN)
         curve = np.repeat(np.arange(len(curves)), counts)
-        number = np.arange(len(curve)) - np.repeat(np.cumsum(counts) - counts, counts)
+        number = counted(counts)
         parameters = np.stack([number / counts[curve], (number + 1) / counts[curve]], 1)
         own = curves[curve]
         ends = cubic_points(own, parameters)

@@ -267,15 +267,16 @@ def grid_side(scene: Scene, size: tuple[int, int], wanted: str) -> int:
         size: height and width of the canvas in pixels.
         wanted: as in `grid_of`.
     """
-    grid = grid_of(stated_numbers(scene), size, EXACT, wanted)
+    values = stated_numbers(scene)
+    grid = grid_of(values, size, EXACT, wanted)
     if grid is None or grid.side == max(size):
         return 0
-    return grid.side if wanted != AUTO or share_on_halves(scene, grid.unit) >= HALVES_MIN else 0
+    return grid.side if wanted != AUTO or share_on_halves(values, grid.unit) >= HALVES_MIN else 0
 
 
-def share_on_halves(scene: Scene, unit: float) -> float:
-    """Return the share of the numbers of a ``scene`` that are whole multiples of half a ``unit`` in pixels."""
-    halves = stated_numbers(scene) / (unit / 2.0)
+def share_on_halves(values: Floats, unit: float) -> float:
+    """Return the share of the numbers ``values`` [K] that are whole multiples of half a ``unit`` in pixels."""
+    halves = values / (unit / 2.0)
     return float((np.abs(halves - np.round(halves)) * unit / 2.0 <= EXACT).mean()) if len(halves) else 0.0
 
 

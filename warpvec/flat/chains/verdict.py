@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import torch
 
-from warpvec.arrays import Floats, Floats32, Integers, Mask
+from warpvec.arrays import Floats, Floats32, Integers, Mask, counted
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, summed, sums_in_boxes
 from warpvec.flat.simplification.outline_samples import control_points, cubic_points, cubic_slopes, segment_loops
@@ -177,7 +177,7 @@ def finely(scene: Scene) -> Scene:
     pieces = np.stack([ends[:, :-1], ends[:, :-1] + slopes[:, :-1], ends[:, 1:] - slopes[:, 1:]], 2)
     is_whole = (structure.lines | structure.end_rows).numpy()
     counts = np.where(is_whole, 1, PIECES)
-    number = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    number = counted(counts)
     row = np.repeat(np.arange(len(curves)), counts)
     stays = torch.from_numpy(is_whole[row])[:, None, None]
     rows = torch.where(stays, scene.segments.double()[row], torch.from_numpy(pieces[row, number]))

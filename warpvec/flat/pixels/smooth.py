@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from scipy import ndimage
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, counted
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.pixels.cells import Cells
 from warpvec.flat.pixels.outlines import Touching, rectilinear_loops
@@ -181,7 +181,7 @@ def _unit_steps(corners: Integers) -> Integers:
     steps = np.roll(corners, -1, axis=0) - corners
     counts = np.abs(steps).max(1)
     owner = np.repeat(np.arange(len(corners)), counts)
-    along = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    along = counted(counts)
     found: Integers = corners[owner] + along[:, None] * np.sign(steps)[owner]
     return found
 

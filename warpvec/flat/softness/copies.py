@@ -72,7 +72,7 @@ class _Step:
 
 
 def _joint(first: _Step, second: _Step, saved: Evidence | None) -> _Step | None:
-    """Return two successive shadows as one of all that casts them, if that is shorter; None if not.
+    """Return two successive shadows as one shadow, which the casters of both cast; None if two are shorter.
 
     A rough tracing swells some shapes, so that the shadow of several is found part by part.
     """

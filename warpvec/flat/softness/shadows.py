@@ -1,4 +1,4 @@
-"""What a shadow, a glow or a soft spot is, and the picture without it.
+"""Describe shadows, glows and soft spots, and return the picture without one.
 
 A transparent picture is looked at over black and over white at once: it has C = 6 channels here where an opaque one,
 and an opaque shape of a transparent one, has 3.

@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Mask, reached
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.inner_disks import Boundary, Disks
@@ -28,6 +28,9 @@ _CAP_STEP = 5.0
 
 _SAMPLES = (np.arange(16) + 0.5) / 16
 """Places along curves that tell what they cover."""
+
+_Side = tuple[int, bool]
+"""A branch and a side of it: whether its start, or whether it is followed forwards."""
 
 _Ends = tuple[int, int] | None
 """The junctions at both ends of a branch, as in `Graph`."""
@@ -194,16 +197,10 @@ def joined(
         stems: branches with a free end, which a corner of two others may be. None if lines meet in the usual way.
         length_min: least length in widths of a line between others, unless it is the longest.
     """
-    at: dict[int, list[End]] = {}
-    for branch, both in zip(kept, ends, strict=True):
-        for is_start, junction in zip((True, False), both or (), strict=False):
-            if junction >= 0:
-                reach = STROKES.reach * shape.along(branch).width
-                at.setdefault(junction, []).append(End(branch, is_start, _direction(places[branch], is_start, reach)))
-    partner: dict[tuple[int, bool], tuple[int, bool]] = {}
-    meeting: dict[tuple[int, bool], _Meeting] = {}
+    partner: dict[_Side, _Side] = {}
+    meeting: dict[_Side, _Meeting] = {}
     corners = set[int]()
-    for junction, meet in at.items():
+    for junction, meet in _ends_at(shape, places, ends, kept).items():
         near, arms = junctions[junction], arms_of(shape, places, meet)
         if stems is None:
             found = usual_joint(shape, arms, near)
@@ -230,9 +227,18 @@ def joined(
     return CenterLines([line for line in lines if len(line.points) > 1], cap)
 
 
-def _is_closed(
-    shape: Shape, places: list[Floats], chain: list[tuple[int, bool]], meeting: dict[tuple[int, bool], _Meeting]
-) -> bool:
+def _ends_at(shape: Shape, places: list[Floats], ends: list[_Ends], kept: list[int]) -> dict[int, list[End]]:
+    """Return the ends of branches that meet at each junction, by its number; see `joined`."""
+    at: dict[int, list[End]] = {}
+    for branch, both in zip(kept, ends, strict=True):
+        for is_start, junction in zip((True, False), both or (), strict=False):
+            if junction >= 0:
+                reach = STROKES.reach * shape.along(branch).width
+                at.setdefault(junction, []).append(End(branch, is_start, _direction(places[branch], is_start, reach)))
+    return at
+
+
+def _is_closed(shape: Shape, places: list[Floats], chain: list[_Side], meeting: dict[_Side, _Meeting]) -> bool:
     """Return whether a chain that ends at others goes on below them from one end to the other, as a circle may.
 
     If so, the points between are added to the ``places`` of its last branch, and those that led elsewhere go.
@@ -252,7 +258,7 @@ def _is_closed(
     return True
 
 
-def _go_on(joint: Joint, places: list[Floats], partner: dict[tuple[int, bool], tuple[int, bool]]) -> None:
+def _go_on(joint: Joint, places: list[Floats], partner: dict[_Side, _Side]) -> None:
     """Note the pairs of a ``joint``, and add the points by which branches go on to their ``places``."""
     singles = [(end, points[:-1]) for end, points in joint.singles]
     for end, more in [*((a, between) for a, _, between in joint.pairs), *joint.ended, *singles]:
@@ -263,7 +269,7 @@ def _go_on(joint: Joint, places: list[Floats], partner: dict[tuple[int, bool], t
         partner[b.branch, b.is_start] = a.branch, a.is_start
 
 
-def _has_cap(chain: list[tuple[int, bool]], meeting: dict[tuple[int, bool], _Meeting]) -> bool:
+def _has_cap(chain: list[_Side], meeting: dict[_Side, _Meeting]) -> bool:
     """Return whether a chain of branches has an end that meets no other line."""
     return not {chain[0], (chain[-1][0], not chain[-1][1])} <= meeting.keys()
 
@@ -275,7 +281,7 @@ def _length(points: Floats) -> float:
 def _direction(points: Floats, is_start: bool, reach: float) -> Floats:
     """Return the unit direction in which a line leaves at one of its ends: of a parabola through its last part."""
     ordered = points if is_start else points[::-1]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(ordered, axis=0), axis=1))])
+    along = reached(ordered)
     part = along <= reach
     part[:2] = True
     terms = np.stack([along[part], np.square(along[part])], 1)
@@ -293,9 +299,7 @@ def _covered(shape: Shape, end: End, others: list[End]) -> float:
     return float((widths / 2.0 / np.where(cosine > 0.0, sine, 1.0)).max(initial=0.0 if others else shape.width / 2.0))
 
 
-def _chains(
-    branches: list[int], partner: dict[tuple[int, bool], tuple[int, bool]]
-) -> list[tuple[list[tuple[int, bool]], bool]]:
+def _chains(branches: list[int], partner: dict[_Side, _Side]) -> list[tuple[list[_Side], bool]]:
     """Return lists of branches that follow each other, each with whether it runs forwards, and whether it is a ring."""
     left, chains = set(branches), []
     heads = [(k, True) for k in branches if (k, True) not in partner] + [
@@ -320,8 +324,8 @@ def _chains(
 def _cap(
     shape: Shape,
     places: list[Floats],
-    chains: list[tuple[list[tuple[int, bool]], bool]],
-    meeting: dict[tuple[int, bool], _Meeting],
+    chains: list[tuple[list[_Side], bool]],
+    meeting: dict[_Side, _Meeting],
 ) -> int:
     """Return the cap of most free ends: butt if the corners of a square lie inside, else round."""
     votes = []
@@ -346,9 +350,9 @@ def _is_square(shape: Shape, points: Floats) -> bool:
 def _line_of(
     shape: Shape,
     places: list[Floats],
-    chain: list[tuple[int, bool]],
+    chain: list[_Side],
     is_ring: bool,
-    meeting: dict[tuple[int, bool], _Meeting],
+    meeting: dict[_Side, _Meeting],
     cap: int,
 ) -> Line:
     points = np.concatenate([places[k] if forwards else places[k][::-1] for k, forwards in chain])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask, cross
+from warpvec.arrays import Floats, Mask, counted, cross, reached
 from warpvec.flat.chains.parts import turned
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.constants.strokes import STROKES
@@ -58,8 +58,8 @@ class _Way(NamedTuple):
     """
 
     joint: Joint
-    oddness: float = 0.0
-    corner: int | None = None
+    oddness: float
+    corner: int | None
 
 
 def chosen_joint(
@@ -79,7 +79,7 @@ def chosen_joint(
     """
     near, far = junctions[junction], STROKES.corner_far * shape.width
     stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
-    usual = _Way(_bent(usual_joint(shape, arms, near), arms, STEP_SHARE * shape.width))
+    usual = _way(usual_joint(shape, arms, near), arms, STEP_SHARE * shape.width)
     if any(np.linalg.norm(arm.tip - near) > far for arm in arms):
         return usual.joint, None
     drawing = _Drawing.of(shape, lines, arms, junction, junctions, stems)
@@ -96,8 +96,8 @@ def chosen_joint(
 
 def _part(arm: Arm, width: float) -> Arm:
     """Return the part of an arm next to its end: a bend of a designer's is an arc between lines."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(arm.points, axis=0), axis=1))])
-    return arm._replace(points=arm.points[: max(2, int(np.searchsorted(along, PART * width)))])
+    count = int(np.searchsorted(reached(arm.points), PART * width))
+    return arm._replace(points=arm.points[: max(2, count)])
 
 
 def _straight(arm: Arm) -> Arm:
@@ -113,40 +113,37 @@ def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Ite
         others = [arm for arm in arms if arm.end.branch != stem.branch]
         for arm in others:
             ended = [(arm, np.concatenate([_toward(arm, stem.tip, step), stem.tip[None]]))]
-            joint = _bent(joint_of(shape, others, [], near, ended), others, step)
-            yield _Way(joint, ODD + _bend(arm, stem.tip) + _oddness(joint, others), stem.branch)
+            odd = ODD + _bend(arm, stem.tip)
+            yield _way(joint_of(shape, others, [], near, ended), others, step, odd, stem.branch)
         for a, b in combinations(others, 2):
-            yield _in_corner(shape, others, a, b, stem.tip, near)._replace(corner=stem.branch)
+            yield _in_corner(shape, others, (a, b), stem.tip, near, stem.branch)
     for a, b in combinations(arms, 2):
-        joint = _bent(joint_of(shape, arms, [(a, b, bridge_of(a, b))], near), arms, step)
-        yield _Way(joint, misfit_of(a, b) + _oddness(joint, arms))
+        yield _way(joint_of(shape, arms, [(a, b, bridge_of(a, b))], near), arms, step, misfit_of(a, b))
         place = _crossing(a, b, STROKES.corner_far * shape.width)
         if place is not None:
-            yield _in_corner(shape, arms, a, b, place, near)
+            yield _in_corner(shape, arms, (a, b), place, near)
 
 
-def _in_corner(shape: Shape, arms: list[Arm], a: Arm, b: Arm, place: Floats, near: Floats) -> _Way:
-    """Return the way in which the arms ``a`` and ``b`` have a corner at a ``place`` [2]."""
-    step = STEP_SHARE * shape.width
+def _in_corner(
+    shape: Shape, arms: list[Arm], pair: tuple[Arm, Arm], place: Floats, near: Floats, stem: int | None = None
+) -> _Way:
+    """Return the way in which a ``pair`` of arms has a corner at a ``place`` [2], which a ``stem`` may have."""
+    (a, b), step = pair, STEP_SHARE * shape.width
     between = np.concatenate([_toward(a, place, step), place[None], _toward(b, place, step)[::-1]])
-    joint = _bent(joint_of(shape, arms, [(a, b, between)], near), arms, step)
-    return _Way(joint, ODD + _bend(a, place) + _bend(b, place) + _oddness(joint, arms))
+    odd = ODD + _bend(a, place) + _bend(b, place)
+    return _way(joint_of(shape, arms, [(a, b, between)], near), arms, step, odd, stem)
 
 
-def _oddness(joint: Joint, arms: list[Arm]) -> float:
-    """Return how odd the lines are that end at the others of a joint of ``arms``, in radians."""
+def _way(joint: Joint, arms: list[Arm], step: float, odd: float = 0.0, corner: int | None = None) -> _Way:
+    """Return the way of a ``joint`` of ``arms``, in which the lines that end go on in arcs to where they do.
+
+    ``odd`` is how odd the other lines are, in radians.
+    """
     own = {(arm.end.branch, arm.end.is_start): arm for arm in arms}
-    return sum(ODD + _bend(own[end.branch, end.is_start], points[-1]) for end, points in joint.singles)
-
-
-def _bent(joint: Joint, arms: list[Arm], step: float) -> Joint:
-    """Return a ``joint`` of ``arms`` in which other ends go on in arcs to where they end."""
-    own = {(arm.end.branch, arm.end.is_start): arm for arm in arms}
-    singles = [
-        (end, np.concatenate([_toward(own[end.branch, end.is_start], points[-1], step), points]))
-        for end, points in joint.singles
-    ]
-    return joint._replace(singles=singles)
+    led = [(own[end.branch, end.is_start], points) for end, points in joint.singles]
+    singles = [(arm.end, np.concatenate([_toward(arm, points[-1], step), points])) for arm, points in led]
+    odd += sum(ODD + _bend(arm, points[-1]) for arm, points in led)
+    return _Way(joint._replace(singles=singles), odd, corner)
 
 
 def _bend(arm: Arm, place: Floats) -> float:
@@ -251,5 +248,5 @@ def _dense(points: Floats, step: float) -> Floats:
     gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     counts = np.maximum(np.ceil(gaps / step).astype(int), 1)
     row = np.repeat(np.arange(len(gaps)), counts)
-    share = (np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[row]
+    share = counted(counts) / counts[row]
     return np.concatenate([points[row] + share[:, None] * (points[row + 1] - points[row]), points[-1:]])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask, cross
+from warpvec.arrays import Floats, Mask, cross, reached
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.inner_disks import Boundary
@@ -135,7 +135,7 @@ def _common_place(arms: list[Arm], near: Floats) -> Floats:
 
 def _arm(shape: Shape, places: list[Floats], end: End) -> Arm:
     own = places[end.branch] if end.is_start else places[end.branch][::-1]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(own, axis=0), axis=1))])
+    along = reached(own)
     reach = max(LINES.arm_reach * shape.along(end.branch).width, LINES.arm_reach_min)
     part = along <= reach
     part[:2] = True

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, reached
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.curves.cubic_fitting import fit_lengths
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
@@ -148,7 +148,7 @@ def resampled(line: Line) -> Floats:
         points = np.concatenate([points, points[:1]])
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], steps > 1e-6])]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    along = reached(points)
     count = max(round(along[-1] / STROKES.step), 1)
     places = np.linspace(0.0, along[-1], count + 1)
     found = np.stack([np.interp(places, along, points[:, k]) for k in (0, 1)], 1)

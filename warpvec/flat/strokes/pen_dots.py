@@ -11,10 +11,9 @@ import torch
 from warpvec.arrays import Floats
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.form_candidates import Candidate
-from warpvec.flat.simplification.local_error import boxes_of
-from warpvec.flat.simplification.outline_samples import control_points
 from warpvec.flat.strokes.line_fitting import Rows
 from warpvec.flat.strokes.stroke import Stroke, stroke_scene
+from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.forms.form import FIRST, X, Y
 from warpvec.geometry.forms.registry import CIRCLE
 from warpvec.geometry.paints.registry import FLAT
@@ -34,7 +33,7 @@ def with_pen_dots(scene: Scene) -> Scene:
     pen_of = {path: pen for path in range(len(scene)) if (pen := _pen_of(scene, path, pens)) is not None}
     if not pen_of:
         return scene
-    parts, owner, boxes = [], list(range(len(scene))), _boxes(scene)
+    parts, owner, boxes = [], list(range(len(scene))), path_boxes(scene).double().numpy()
     for path in range(len(scene)):
         one = scene.select(torch.tensor([path]))
         parts.append(_drawn_by(scene, one, pen_of[path]) if path in pen_of else one)
@@ -43,20 +42,12 @@ def with_pen_dots(scene: Scene) -> Scene:
     return _gathered(reduce(Scene.joined, parts), owner)
 
 
-def _boxes(scene: Scene) -> Floats:
-    """Return the least and greatest coordinates of what each path of ``scene`` covers [N, 2, 2]."""
-    control, owner = control_points(scene), scene.structure.segment_path.numpy()
-    reach = np.zeros(len(scene)) if scene.strokes is None else scene.strokes.width.double().numpy() / 2.0
-    low, high = boxes_of(np.stack([control.min(1), control.max(1)], 1), owner, len(scene))
-    return np.stack([low - reach[:, None], high + reach[:, None]], 1)
-
-
 def _may_join(scene: Scene, path: int, pen: int, boxes: Floats) -> bool:
     """Return whether a dot may be drawn with its ``pen``: opaque, and with nothing between them that it touches."""
     if _has_form(scene, pen) or float(scene.opacity[path]) < 1.0 or scene.softness is not None:
         return False
     between = boxes[min(path, pen) + 1 : max(path, pen)]
-    return not ((between[:, 0] <= boxes[path, 1]) & (boxes[path, 0] <= between[:, 1])).all(1).any()
+    return not ((between[:, :2] <= boxes[path, 2:]) & (boxes[path, :2] <= between[:, 2:])).all(1).any()
 
 
 def _pens(scene: Scene) -> list[int]:

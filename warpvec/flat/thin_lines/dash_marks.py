@@ -1,4 +1,4 @@
-"""Parts of ink that may be dashes: where they lie, which way, how long and wide they are, and how such dashes look."""
+"""Find parts of ink that may be dashes, and measure their places, directions, sizes and looks."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.interpolate import CubicSpline
 
-from warpvec.arrays import Floats, Mask
+from warpvec.arrays import Floats, Mask, reached
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.lines.line import DrawnLine
@@ -47,7 +47,7 @@ _TURN = math.cos(math.radians(30.0))
 
 
 class DashedLine(NamedTuple):
-    """A dashed line: its dashes, of one width and colour, and which of them [n] lie in other ink."""
+    """The n dashes of a line, which have one width and one colour, and which of them lie in other ink [n]."""
 
     dashes: list[DrawnLine]
     is_hidden: Mask
@@ -85,7 +85,7 @@ def _drawn(run: list[Mark], look: Look, paper: Floats) -> DashedLine:
     is_closed = run[0] is run[-1]
     lengths = _lengths(run, look)
     centers = np.array([mark.center for mark in run])
-    places = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(centers, axis=0), axis=1)))
+    places = reached(centers)
     straight = None if is_closed else _straight(centers, lengths)
     curve = CubicSpline(places, centers, bc_type="periodic" if is_closed else "natural")
     dashes = []
