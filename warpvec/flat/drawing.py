@@ -16,6 +16,7 @@ from warpvec.condition.jpeg import Jpeg
 from warpvec.condition.unrounding import Rounding
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chains import with_chains
+from warpvec.flat.chains.fewer_parts import with_fewer_parts
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.regions import REGIONS
@@ -41,7 +42,6 @@ from warpvec.flat.simplification.fewer_stops import with_fewer_stops
 from warpvec.flat.simplification.forms import find_forms
 from warpvec.flat.simplification.path_removal import remove_paths
 from warpvec.flat.simplification.regularity import regularize
-from warpvec.flat.simplification.simplify import simplify
 from warpvec.flat.simplification.whole_levels import with_whole_levels
 from warpvec.flat.strokes.pen_dots import with_pen_dots
 from warpvec.flat.strokes.recognition import find_strokes
@@ -169,7 +169,7 @@ class FlatDrawing:
         if len(scene) and not self._is_late(scene):
             count = len(scene.segments)
             watch.tell("simplifying outlines")
-            scene = simplify(scene, self.critic, watch, fine)
+            scene = with_fewer_parts(scene, self.critic, watch, fine)
             left_out["node"] = count - len(scene.segments)
             scene = with_fewer_stops(scene, self.critic, watch)
             scene = self._polished(scene, DRAWING.last_iterations)

@@ -26,7 +26,7 @@ class Decision:
     """A change of a drawing that was weighed.
 
     Attributes:
-        stage: what proposed it, such as "nodes".
+        stage: what proposed it, such as "parts".
         place: left, top, right and bottom of what it changes, in pixels; None for the whole picture.
         before: what the drawing says there.
         after: what it would say instead.

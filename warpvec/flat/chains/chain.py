@@ -34,7 +34,7 @@ CORNER_DEGREES = 12.0
 
 
 HIDDEN = 0.02
-"""Factor of the weight of distances where other strokes cover both edges of a centre line: nothing shows it there."""
+"""Factor of the weight of distances where nothing shows the line: other strokes cover both edges, or other paths."""
 
 
 class Cover(NamedTuple):
@@ -55,6 +55,25 @@ class Cover(NamedTuple):
         return found
 
 
+class Shown(NamedTuple):
+    """How well a picture shows an outline.
+
+    Attributes:
+        tree: of points along it.
+        share: how well the place of each can be told [K], from 0 to 1.
+        is_hidden: which of them other paths hide [K].
+    """
+
+    tree: cKDTree
+    share: Floats
+    is_hidden: Mask
+
+    def near(self, points: Floats) -> Integers:
+        """Return the number of its point that is nearest to each of ``points`` [K, 2]."""
+        found: Integers = self.tree.query(points)[1]
+        return found
+
+
 @dataclass(frozen=True, eq=False)
 class Chain:
     """K points along curves that follow one another.
@@ -71,6 +90,7 @@ class Chain:
         firm: boxes [B, 2, 2], least and greatest coordinates, in which it must be kept better.
         weights: how well it must be kept between its points [K - 1].
         cover: the strokes that cover some of it; None for none.
+        shown: how well the picture shows it; None for well everywhere.
     """
 
     curves: Floats
@@ -86,12 +106,16 @@ class Chain:
     firm: Floats
     weights: Floats
     cover: Cover | None = None
+    shown: Shown | None = None
 
     @staticmethod
-    def of(curves: Floats, is_closed: bool, firm: Floats | None = None, cover: Cover | None = None) -> Chain:
+    def of(
+        curves: Floats, is_closed: bool, firm: Floats | None = None, cover: Cover | None = None,
+        shown: Shown | None = None,
+    ) -> Chain:  # fmt: skip
         """Return the chain of ``curves`` [S, 4, 2], which must be kept better in the boxes ``firm`` [B, 2, 2].
 
-        What its ``cover`` hides has no corners, and must hardly be kept.
+        What is hidden has no corners, and must hardly be kept.
         """
         length = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
         step = max(STEP, float(length.sum()) / POINTS_MAX)
@@ -113,15 +137,22 @@ class Chain:
         if cover is not None:
             is_corner &= ~cover.hides(points, unit(before + after))
             weights[cover.hides(middles, unit(points[1:] - points[:-1]))] *= HIDDEN
+        if shown is not None:
+            is_corner &= ~shown.is_hidden[shown.near(points)]
+            weights *= np.maximum(shown.share[shown.near(middles)], HIDDEN)
         is_corner[[0, -1]] |= not is_closed
         return Chain(
             curves, points, middles, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), before, after, is_corner, curve,
-            parameters, is_closed, firm, weights, cover,
+            parameters, is_closed, firm, weights, cover, shown,
         )  # fmt: skip
 
     def firmer_in(self, boxes: Floats) -> Chain:
         """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
-        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover)
+        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover, self.shown)
+
+    def of_curves(self, curves: Floats, is_closed: bool) -> Chain:
+        """Return a chain of other ``curves`` [S, 4, 2] of which the same is known."""
+        return Chain.of(curves, is_closed, self.firm, self.cover, self.shown)
 
     @cached_property
     def along(self) -> Floats:
@@ -165,10 +196,10 @@ class Chain:
             return self
         curve, t = int(self.curve[point]), float(self.parameters[point, 0])
         if t == 0.0:
-            return Chain.of(np.roll(self.curves, -curve, axis=0), True, self.firm, self.cover)
+            return self.of_curves(np.roll(self.curves, -curve, axis=0), is_closed=True)
         first, second = between(self.curves[[curve, curve]], np.array([0.0, t]), np.array([t, 1.0]))
         rest = [*self.curves[curve + 1 :], *self.curves[:curve]]
-        return Chain.of(np.stack([second, *rest, first]), True, self.firm, self.cover)
+        return self.of_curves(np.stack([second, *rest, first]), is_closed=True)
 
 
 def _weights(points: Floats, boxes: Floats) -> Floats:

@@ -14,38 +14,36 @@ from scipy.spatial import cKDTree
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.config.fit_config import OFF, FitConfig
 from warpvec.flat.chains.chain import Chain, Cover
-from warpvec.flat.chains.choice import NUMBERS, Part, numbers_of
-from warpvec.flat.chains.folded import Words, hold_folds, image_of, unfolded, words_of
+from warpvec.flat.chains.choice import NUMBERS
 from warpvec.flat.chains.grid import (
-    HANDLE_ERROR,
     Grid,
     arcs_of,
     determined_numbers,
     grid_of,
-    hold_grid,
     on_grid,
     stated_numbers,
 )
-from warpvec.flat.chains.joined_ends import join_ends, with_met_ends
-from warpvec.flat.chains.parts import ARC, CUBIC, LINE, rows_of
-from warpvec.flat.chains.relations import find_relations
-from warpvec.flat.chains.sketch import parted, sketch_of
-from warpvec.flat.chains.solve import ROUNDS, Sketch, solved
-from warpvec.flat.chains.symmetry import Fold, folds_of
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE
+from warpvec.flat.chains.saying import (
+    SIZE_MIN,
+    LoopRows,
+    Sheet,
+    are_ellipse,
+    has_size,
+    move_allowed,
+    said_rows,
+    sketched_chains,
+    with_rows,
+)
 from warpvec.flat.chains.verdict import ALLOWED, Verdict
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.outline_samples import cubic_points, segment_loops
 from warpvec.geometry.bezier import whole_curves
-from warpvec.geometry.quarter import QUARTER_HANDLE
-from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
 from warpvec.watch.watch import Watch
-
-_LoopRows = tuple[Floats, Mask]
-"""The rows [S, 3, 2] of a loop, and which are lines [S]."""
 
 
 class _Attempt(NamedTuple):
@@ -62,9 +60,6 @@ TRIED = (
 """What the picture refuses is tried in the next way, and must be nearer where it was refused. Parts on a grid must be
 nearer from the start, as the picture says less of them."""
 
-FIRST_ROUNDS = 3
-"""Steps of solutions without relations: the first one is fitted to the picture, and others begin near their end."""
-
 WORTH, SHARE_MIN = 2.0, 0.1
 """A loop that says half as many numbers may cause all of the error that is allowed; none saves less than the second, as
 numbers that are equal are worth something too."""
@@ -72,31 +67,11 @@ numbers that are equal are worth something too."""
 REFIT_ITERATIONS = 8
 """Most iterations of the fit of the first parts to the picture."""
 
-NEAR, NEAR_MIN, NEAR_MAX = 2.0, 0.05, 0.1
-"""Moves of numbers that a relation may cause, in deviations of places, and bounds of them in pixels. The picture
-judges afterwards."""
-
 WIDTH_STEP = 0.5
 """Step in pixels of the widths of strokes that have one look: fits leave a tenth."""
 
 CURVES_MAX = 400
 """Most curves of a chain that is looked at: longer ones are no designer's."""
-
-
-class _Sheet(NamedTuple):
-    """What a drawing is on.
-
-    Attributes:
-        nats: of a number.
-        middle: of the canvas.
-        widths: that of the stroke of each loop [L]; 0 for an outline.
-        looks: the number of the look of each loop [L]: its paint and its width.
-    """
-
-    nats: float
-    middle: tuple[float, float]
-    widths: Floats
-    looks: Integers
 
 
 def with_chains(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> Scene:
@@ -134,12 +109,12 @@ class _Work:
     """
 
     verdict: Verdict
-    sheet: _Sheet
+    sheet: Sheet
     watch: Watch
     left: dict[int, Chain]
     drawing: Scene
     grid: Grid | None = None
-    found: dict[int, _LoopRows] = field(default_factory=dict)
+    found: dict[int, LoopRows] = field(default_factory=dict)
     held: set[int] = field(default_factory=set)
 
     @staticmethod
@@ -147,11 +122,9 @@ class _Work:
         """Return the work on a ``scene``, whose chains are those of a fit of the right parts where that comes near."""
         left, verdict = _chains_of(scene), Verdict(scene, critic, detail)
         height, width = critic.image.shape[:2]
-        sheet = _Sheet(
-            number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene)
-        )
+        sheet = Sheet(number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene))
         if left:
-            left |= _fitted(verdict, left, _said(left, detail, sheet), watch)
+            left |= _fitted(verdict, left, said_rows(left, detail, sheet), watch)
         return _Work(verdict, sheet, watch, left, scene)
 
     def find_grid(self) -> None:
@@ -159,13 +132,15 @@ class _Work:
         if self.verdict.critic.config.grid == OFF:
             return
         scene, spread = self.verdict.scene, self.verdict.spread
-        sketched = _sketched(self.left, spread, self.sheet, _points_but(scene, self.left)) if self.left else None
+        sketched = sketched_chains(self.left, spread, self.sheet, _points_but(scene, self.left)) if self.left else None
         numbers = [
             stated_numbers(scene, self.left),
             *([] if sketched is None else [determined_numbers(sketched.sketch)]),
         ]
         image, config = self.verdict.critic.image, self.verdict.critic.config
-        self.grid = grid_of(np.concatenate(numbers), (image.shape[0], image.shape[1]), _near(spread), config.grid)
+        self.grid = grid_of(
+            np.concatenate(numbers), (image.shape[0], image.shape[1]), move_allowed(spread), config.grid
+        )
         if self.grid is not None:
             self.drawing = _on_grid(self.verdict, self.grid)
 
@@ -175,8 +150,8 @@ class _Work:
         if attempt.is_on_grid and grid is None:
             return
         fixed = _points_but(scene, self.left) if attempt.is_regular else None
-        said = _said(self.left, attempt.share * self.verdict.spread, self.sheet, fixed, grid)
-        tried = {loop: rows for loop, rows in said.items() if _has_size(rows[0], self.left[loop].is_closed)}
+        said = said_rows(self.left, attempt.share * self.verdict.spread, self.sheet, fixed, grid)
+        tried = {loop: rows for loop, rows in said.items() if has_size(rows[0], self.left[loop].is_closed)}
         if attempt.is_on_grid and tried:
             _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, self.verdict.fitted)
             tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
@@ -214,11 +189,6 @@ def _on_grid(verdict: Verdict, grid: Grid) -> Scene:
     return on_grid(scene, grid, stays) if stays.any() else new
 
 
-def _near(spread: float) -> float:
-    """Return by how many pixels numbers may move for a relation, in a drawing with this ``spread`` of its outlines."""
-    return min(max(NEAR * spread, NEAR_MIN), NEAR_MAX)
-
-
 def _widths_of(scene: Scene) -> Floats:
     """Return the width of the stroke of each loop [L], 0 for outlines."""
     if scene.strokes is None:
@@ -246,7 +216,7 @@ def _mask(scene: Scene, loops: Iterable[int]) -> Mask:
     return np.isin(np.arange(scene.structure.loop_count), list(loops))
 
 
-def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, _LoopRows], watch: Watch) -> dict[int, Chain]:
+def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, LoopRows], watch: Watch) -> dict[int, Chain]:
     """Return those of ``chains`` that match the picture once their parts, as they are ``said``, are fitted to it.
 
     A chain of other parts is off by as much as the detail: only parts of the right kinds come as near as the picture
@@ -282,8 +252,8 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
         is_open = structure.is_open is not None and bool(structure.is_open[loop])
         is_form = forms is not None and bool(forms.is_form[owner[start]])
         curves = control[start : stop - is_open]
-        curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > 1e-6]
-        if not is_form and 0 < len(curves) <= CURVES_MAX and not _are_ellipse(curves):
+        curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > SIZE_MIN]
+        if not is_form and 0 < len(curves) <= CURVES_MAX and not are_ellipse(curves):
             found[loop] = Chain.of(curves, not is_open)
     return _covered(found, scene)
 
@@ -315,120 +285,8 @@ def _owners(scene: Scene) -> Integers:
     return np.repeat(np.arange(len(scene)), first.diff().numpy())
 
 
-def _are_ellipse(curves: Floats) -> bool:
-    """Return whether ``curves`` [S, 4, 2] are the quarters of an ellipse: the image of a circle's by a linear map."""
-    if len(curves) != 4:
-        return False
-    center = curves[:, 0].mean(0)
-    begin = curves[:, 0] - center
-    end = np.roll(begin, -1, axis=0)
-    exact = center + np.stack([begin, begin + QUARTER_HANDLE * end, end + QUARTER_HANDLE * begin, end], 1)
-    off = max(np.abs(curves - exact).max(), np.abs(begin[:2] + begin[2:]).max())
-    return bool(off <= HANDLE_ERROR)
-
-
 def _points_but(scene: Scene, chains: dict[int, Chain]) -> Floats:
     """Return points [K, 2] along the outlines of ``scene`` that are none of ``chains``."""
     control, loop = whole_curves(scene).double().numpy(), segment_loops(scene)
     stays = ~np.isin(loop, list(chains)) & ~scene.structure.end_rows.numpy()
     return cubic_points(control[stays], (np.arange(8) + 0.5) / 8).reshape(-1, 2)
-
-
-class _Sketched(NamedTuple):
-    """Chains as a sketch.
-
-    Attributes:
-        sketch: the sketch.
-        loops: the loop of each of its chains.
-        folds: the folds of some of them, by their numbers.
-        is_closed: whether each loop is closed.
-    """
-
-    sketch: Sketch
-    loops: list[int]
-    folds: dict[int, Fold]
-    is_closed: dict[int, bool]
-
-    def rows(self) -> dict[int, _LoopRows]:
-        """Return the rows of each loop as the sketch says them, also of mirror images."""
-        sketch, rows = self.sketch, dict[int, _LoopRows]()
-        for number, loop in enumerate(self.loops):
-            fold, is_open = self.folds.get(number), not self.is_closed[loop]
-            has_half = fold is not None and fold.twin is None
-            words = unfolded(sketch, number, fold) if fold and has_half else words_of(sketch, number)
-            rows[loop] = _rows(words, is_open)
-            if fold is not None and fold.twin is not None:
-                place = float(sketch.numbers[sketch.axes[number]])
-                rows[fold.twin] = _rows(image_of(words, fold.axis, place), is_open)
-        return rows
-
-
-def _said(
-    chains: dict[int, Chain], spread: float, sheet: _Sheet, fixed: Floats | None = None, grid: Grid | None = None
-) -> dict[int, _LoopRows]:
-    """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S]; as `_sketched`.
-
-    Numbers are put on the ``grid`` of the drawing; None for none.
-    """
-    if not chains:
-        return {}
-    found = _sketched(chains, spread, sheet, fixed)
-    if grid is not None:
-        hold_grid(found.sketch, grid)
-    return found.rows()
-
-
-def _sketched(chains: dict[int, Chain], spread: float, sheet: _Sheet, fixed: Floats | None = None) -> _Sketched:
-    """Return ``chains`` as a solved sketch.
-
-    Args:
-        chains: the chains by their loops.
-        spread: deviation of places in pixels.
-        sheet: what they are on.
-        fixed: points [K, 2] of outlines that stay; None for no relations.
-    """
-    near = _near(spread)
-    chains = chains if fixed is None else with_met_ends(chains, sheet.widths, sheet.looks)
-    folds = {} if fixed is None else folds_of(chains, fixed, near)
-    twins = {each[0].twin for each in folds.values()}
-    loops = [loop for loop in chains if loop not in twins]
-    found, chosen = list[tuple[Chain, list[Part]]](), {}
-    for number, loop in enumerate(loops):
-        halves = [fold.chain for fold in folds.get(loop, [])] or [chains[loop]]
-        offers = [parted(each, spread, sheet.nats) for each in halves]
-        best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][1]))
-        found.append(offers[best])
-        if loop in folds:
-            chosen[number] = folds[loop][best]
-    sketch = sketch_of(found, spread)
-    if fixed is not None:
-        hold_folds(sketch, chosen, near, sheet.middle)
-        join_ends(sketch)
-    solved(sketch, ROUNDS if fixed is not None else FIRST_ROUNDS)
-    if fixed is not None:
-        find_relations(sketch, near)
-        solved(sketch)
-    return _Sketched(sketch, loops, chosen, {loop: chain.is_closed for loop, chain in chains.items()})
-
-
-def _rows(words: Words, is_open: bool) -> _LoopRows:
-    """Return the rows of the parts of a loop, and which are lines."""
-    rows = [rows_of(*word) for word in words]
-    is_line = [np.full(len(own), kind == LINE) for own, (kind, _) in zip(rows, words, strict=True)]
-    if is_open:
-        rows.append(np.repeat(words[-1][1][2:4][None, None], 3, 1))
-        is_line.append(np.array([True]))
-    return np.concatenate(rows), np.concatenate(is_line)
-
-
-def _has_size(rows: Floats, is_closed: bool) -> bool:
-    """Return whether ``rows`` [S, 3, 2] show something: the numbers of a sliver may be nearly equal."""
-    extent = np.ptp(rows, axis=(0, 1))
-    return bool((extent.min() if is_closed else extent.max()) > HANDLE_ERROR)
-
-
-def with_rows(scene: Scene, loops: dict[int, _LoopRows]) -> Scene:
-    """Return ``scene`` with other rows [S, 3, 2] for some loops, of which some are lines [S]."""
-    own = [list(range(start, stop)) for start, stop in pairwise(scene.structure.path_first_loop.tolist())]
-    changed = {loop: (torch.from_numpy(rows), torch.from_numpy(is_line)) for loop, (rows, is_line) in loops.items()}
-    return regrouped(scene, range(len(scene)), own, changed)

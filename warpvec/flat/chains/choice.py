@@ -6,6 +6,7 @@ said already is free: a smooth joint says one number less, and so does a line th
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,9 @@ JOINED_SAMPLES = 16
 
 SAVED_MAX = 1.0
 """Most numbers that a part saves: half of one at each smooth joint, or one if it is a level line."""
+
+PAIRS_MAX = 400_000
+"""Most pairs of points of a chain that are looked at: parts of longer chains are shorter, but for whole curves."""
 
 ROUNDING = 1e-6
 """Numbers by which two sums of equal prices may differ."""
@@ -196,10 +200,11 @@ def numbers_of(parts: list[Part]) -> float:
 
 
 def _pairs(chain: Chain) -> tuple[Integers, Integers]:
-    """Return the first and last points of all parts that pass no corner."""
+    """Return the first and last points of all parts that pass no corner, in the order of the first."""
     begin, end = np.arange(len(chain.points) - 1), len(chain.points) - 1
     corners = np.append(np.flatnonzero(chain.is_corner[:-1]), end)
     counts = corners[np.searchsorted(corners, begin + 1)] - begin
+    counts = np.minimum(counts, max(PAIRS_MAX // len(chain.points), int(np.bincount(chain.curve).max())))
     first = np.repeat(begin, counts)
     return first, first + 1 + counted(counts)
 
@@ -272,16 +277,17 @@ def _arcs(offers: _Offers, moments: _Moments, most: Floats) -> None:
 
 def _cheapest(offers: _Offers) -> list[Part]:
     """Return the parts of the cheapest way from the first point of the chain to the last."""
-    chain, first, last, prices = offers.chain, offers.first, offers.last, offers.prices
-    count = len(chain.points)
-    lowest = np.full((count, count), np.inf)
-    lowest[last, first] = np.minimum(np.minimum(prices[LINE], prices[ARC]), prices[CUBIC])
-    so_far, chosen = np.zeros(count), np.zeros(count, np.int64)
-    for end in range(1, count):
-        total = so_far[:end] + lowest[end, :end]
-        chosen[end] = best = int(total.argmin())
-        so_far[end] = total[best]
-    parts, at, begins = list[Part](), count - 1, np.searchsorted(first, np.arange(count))
+    chain, first, prices = offers.chain, offers.first, offers.prices
+    count, lowest = len(chain.points), prices.min(0)
+    begins = np.searchsorted(first, np.arange(count))
+    so_far, chosen = np.full(count, np.inf), np.zeros(count, np.int64)
+    so_far[0] = 0.0
+    for begin, (start, stop) in enumerate(pairwise(begins.tolist())):
+        reached = slice(begin + 1, begin + 1 + stop - start)
+        total = so_far[begin] + lowest[start:stop]
+        is_less = total < so_far[reached]
+        so_far[reached][is_less], chosen[reached][is_less] = total[is_less], begin
+    parts, at = list[Part](), count - 1
     while at > 0:
         begin = int(chosen[at])
         row = int(begins[begin]) + at - begin - 1

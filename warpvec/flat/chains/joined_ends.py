@@ -127,7 +127,7 @@ def _with_end(chain: Chain, side: int, place: Floats) -> Chain:
     curve[own] = place
     if is_straight:
         curve[1:3] = curve[0] + (curve[3] - curve[0]) * np.array([[1.0], [2.0]]) / 3.0
-    return Chain.of(curves, False, chain.firm, chain.cover)
+    return chain.of_curves(curves, is_closed=False)
 
 
 def join_ends(sketch: Sketch) -> None:

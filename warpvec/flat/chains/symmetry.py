@@ -146,7 +146,7 @@ def halves_of(chain: Chain, axis: int, place: float) -> list[Chain]:
             half[0, 0, axis] = place
         if stop in cuts:
             half[-1, 3, axis] = place
-        found.append(Chain.of(half, False, chain.firm, chain.cover))
+        found.append(chain.of_curves(half, is_closed=False))
     return found
 
 

@@ -33,19 +33,14 @@ class SimplificationConstants:
     """Most times that paths are removed. What a path costs depends on the others, so each round removes only paths that
     are apart from each other."""
 
-    # Nodes that do not show (simplification/simplify.py)
-
-    refit: float = 2.0
-    """A fit afterwards at least halves the distance by which a dropped node moves the outline, so a choice may move it
-    by this many times the detail."""
+    # Numbers that do not show (chains/fewer_parts.py)
 
     price_length: float = 12.5
-    """A curve less is worth an outline of so many pixels at the largest distance that a choice allows: longer segments
-    must be closer, because each says more about the picture."""
+    """Length in pixels of the outline that a cubic replaces at least, if the picture tells so little of its place that
+    what it saves pays for the whole error; see `Critic`."""
 
-    choice_rounds: int = 2
     choice_iterations: int = 6
-    """Times that nodes are chosen, and the iterations of the fit after each."""
+    """Iterations of the fit after each choice of parts."""
 
     values_exact_max: int = 4_800
     """Most values of a drawing of flat art that is fitted by damped Gauss-Newton steps. Each takes a second of a
@@ -55,9 +50,6 @@ class SimplificationConstants:
     """Mean squared error, that of 50 dB, that the rounding of the file and the edges of viewers add to a drawing: fits
     end once they gain little of both. Files of 37 icons have 44 to 49 dB where their fits have 46 to 55, and the fits
     lose nothing by it: +0.005 dB in the mean, at worst -0.05, for a thirtieth of the time."""
-
-    share_again: float = 0.5
-    """Share of the distance that nodes which were put back may cost the next time."""
 
     hidden_tension: float = 0.001
     """Tension of hidden outlines in fits, as a share of that between black and white. With 0.01, the hidden part of a
@@ -79,10 +71,7 @@ class SimplificationConstants:
     pure_color_error: float = 1e-3
     """Largest rounding error of a colour in [0, 1] that stands for the number of a path, in differences between two."""
 
-    # Spans that one segment may replace (simplification/span_candidates.py)
-
-    span_segments_max: int = 16
-    """Most segments that one can replace at a time."""
+    # What shows of outlines (simplification/form_candidates.py, strokes/candidates.py)
 
     peak: float = 3.0
     """Largest visible distance, in root mean squares that are allowed. A dent so small that it hides in the mean of a
@@ -90,72 +79,6 @@ class SimplificationConstants:
 
     hidden_visibility: float = 0.02
     """Visibility below which a point of an outline is hidden."""
-
-    exposure: float = 0.3
-    hidden_move: float = 12.0
-    sweep_steps: int = 4
-    """Distance in pixels from which a hidden part of an outline must stay hidden when it moves, the largest such move,
-    and the places on its way at which that is checked."""
-
-    line_turn: float = 4.0
-    turn_move: float = 0.5
-    """Largest angle in degrees between a line and the tangent of a smooth node at its end, and the largest move in
-    pixels of the handle beyond that node, which turns with the line. The outline there moves less than half as far."""
-
-    line_long: float = 8.0
-    """Visible length of a line in pixels from which it does not become part of a curve: it is straight on purpose."""
-
-    corner_degrees: float = 35.0
-    corner_leg: float = 1.5
-    """Turn from which a node is a corner that stays, and the visible length in pixels that both segments beside it must
-    have. One cubic can come close to two lines, but its tip is round."""
-
-    line_corner_degrees: float = 60.0
-    line_lean_degrees: float = 1.0
-    line_leg: float = 0.75
-    line_sharp: float = 2.5
-    """Turn at a corner of a line that is surely meant, how much the line may lean from level or upright, the visible
-    length in pixels that both segments beside it must have, and the visible length of such a line from which it does
-    not become part of a curve. Stems of letters of 12 px are 1.1 px wide, and got spikes for ends and bent sides. Lines
-    that lean more are chords of curves in small pictures: fav32_bourbon loses 0.8 dB with them, 0.2 with 3 degrees."""
-
-    hopeless: float = 4.0
-    """A span is not extended once its error is this many times what is allowed, at both of its shorter parts."""
-
-    # Segments in place of spans (simplification/span_fitting.py)
-
-    handle_rounds: int = 4
-    """Times that the handles are found anew. Later ones change the distance by less than a hundredth."""
-
-    along_weight: float = 0.02
-    """Weight of a squared distance along the cubic, where that across it has 1."""
-
-    hidden_weight: float = 1e-3
-    """Weight of hidden points in the fit. They decide only where no visible ones do."""
-
-    turn_price: float = 0.1
-    """Price of the part of a handle that leaves the tangent of a smooth node, squared, in lengths of the span: the
-    outline moves by 0.44 of it along a third of the span."""
-
-    handle_max: float = 1.5
-    """Longest handle, in lengths of the span."""
-
-    # Price of segments (simplification/fewest_spans.py)
-
-    line_price: float = 0.6
-    curve_price: float = 1.0
-    """Price of a line and of a curve: a file states two numbers for the first and six for the second."""
-
-    # Nodes that are kept (simplification/chosen_nodes.py)
-
-    smooth_node_degrees: float = 25.0
-    smooth_node_move: float = 1.0
-    """Largest turn at a corner that is tried as a smooth node, and the largest move of its handles in pixels by that.
-    The outline moves less than half as far."""
-
-    slide_max: float = 0.3
-    """Distance in pixels by which the end of a segment may have moved before what is put back would not fit any more.
-    Then the segment beyond is put back too."""
 
     # Error near a segment (simplification/local_error.py)
 

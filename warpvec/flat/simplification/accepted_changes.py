@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -11,11 +11,11 @@ import torch
 from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import CUBIC, FORM_NUMBERS, LINE
-from warpvec.flat.simplification.chosen_nodes import with_counts
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points, segment_loops
 from warpvec.geometry.forms.registry import ELLIPSE
+from warpvec.geometry.regrouping import regrouped
 from warpvec.geometry.scene import Scene
 from warpvec.watch.decisions import are_wanted, box_of
 
@@ -87,10 +87,6 @@ def _is_worse_inside(
 
 def with_loops(scene: Scene, loops: dict[int, Floats]) -> Scene:
     """Return ``scene`` with the curves [K, 3, 2] for the loops of these numbers."""
-    sizes = scene.structure.loop_first_segment.diff().tolist()
-    parts, lines = (list(torch.split(values, sizes)) for values in (scene.segments, scene.structure.lines))
-    for loop, curves in loops.items():
-        parts[loop] = torch.from_numpy(curves).to(scene.segments)
-        lines[loop] = torch.zeros(len(curves), dtype=torch.bool)
-    structure = with_counts(scene, np.array([len(part) for part in parts]), torch.cat(lines))
-    return replace(scene.detach(), segments=torch.cat(parts), structure=structure)
+    own = [list(range(start, stop)) for start, stop in pairwise(scene.structure.path_first_loop.tolist())]
+    changed = {loop: (torch.from_numpy(rows), torch.zeros(len(rows), dtype=torch.bool)) for loop, rows in loops.items()}
+    return regrouped(scene.detach(), range(len(scene)), own, changed)
