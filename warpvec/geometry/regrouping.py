@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import torch
 from torch import Tensor
@@ -40,3 +41,9 @@ def regrouped(
         structure=Structure.of_loops(counts, torch.cat([lines[loop] for loop in order]), is_open),
     )  # fmt: skip
     return found.with_forms(chosen.forms)
+
+
+def with_loops(scene: Scene, changed: Mapping[int, tuple[Tensor, Tensor]]) -> Scene:
+    """Return ``scene`` with other rows [S, 3, 2] for some loops, by their number, and which are lines [S]."""
+    own = [list(range(start, stop)) for start, stop in pairwise(scene.structure.path_first_loop.tolist())]
+    return regrouped(scene, range(len(scene)), own, changed)

@@ -32,7 +32,7 @@ from warpvec.flat.chains.saying import (
     has_size,
     move_allowed,
     said_rows,
-    sketched_chains,
+    sketched,
     with_rows,
 )
 from warpvec.flat.chains.verdict import ALLOWED, Verdict
@@ -99,7 +99,7 @@ class _Work:
 
     Attributes:
         verdict: judges them.
-        sheet: what they are on.
+        nats: of a number.
         watch: as in `with_chains`.
         left: the chains that are not said yet, by their loops.
         drawing: the scene in which loops are replaced: that of the verdict, with its forms and widths on its grid.
@@ -109,7 +109,7 @@ class _Work:
     """
 
     verdict: Verdict
-    sheet: Sheet
+    nats: float
     watch: Watch
     left: dict[int, Chain]
     drawing: Scene
@@ -121,26 +121,27 @@ class _Work:
     def of(scene: Scene, critic: Critic, watch: Watch, detail: float) -> _Work:
         """Return the work on a ``scene``, whose chains are those of a fit of the right parts where that comes near."""
         left, verdict = _chains_of(scene), Verdict(scene, critic, detail)
-        height, width = critic.image.shape[:2]
-        sheet = Sheet(number_nats(max(height, width)), (width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene))
+        nats = number_nats(max(critic.image.shape[:2]))
         if left:
-            left |= _fitted(verdict, left, said_rows(left, detail, sheet), watch)
-        return _Work(verdict, sheet, watch, left, scene)
+            left |= _fitted(verdict, left, said_rows(left, detail, nats), watch)
+        return _Work(verdict, nats, watch, left, scene)
+
+    @property
+    def _sheet(self) -> Sheet:
+        scene, (height, width) = self.verdict.scene, self.verdict.critic.image.shape[:2]
+        return Sheet((width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene), _points_but(scene, self.left))
 
     def find_grid(self) -> None:
         """Find the grid of the drawing by the numbers of its chains with their relations, if one is wanted."""
         if self.verdict.critic.config.grid == OFF:
             return
         scene, spread = self.verdict.scene, self.verdict.spread
-        sketched = sketched_chains(self.left, spread, self.sheet, _points_but(scene, self.left)) if self.left else None
-        numbers = [
-            stated_numbers(scene, self.left),
-            *([] if sketched is None else [determined_numbers(sketched.sketch)]),
-        ]
+        numbers = [stated_numbers(scene, self.left)]
+        if self.left:
+            numbers.append(determined_numbers(sketched(self.left, spread, self.nats, self._sheet).sketch))
         image, config = self.verdict.critic.image, self.verdict.critic.config
-        self.grid = grid_of(
-            np.concatenate(numbers), (image.shape[0], image.shape[1]), move_allowed(spread), config.grid
-        )
+        size = image.shape[0], image.shape[1]
+        self.grid = grid_of(np.concatenate(numbers), size, move_allowed(spread), config.grid)
         if self.grid is not None:
             self.drawing = _on_grid(self.verdict, self.grid)
 
@@ -149,8 +150,8 @@ class _Work:
         grid, scene = self.grid if attempt.is_on_grid else None, self.verdict.scene
         if attempt.is_on_grid and grid is None:
             return
-        fixed = _points_but(scene, self.left) if attempt.is_regular else None
-        said = said_rows(self.left, attempt.share * self.verdict.spread, self.sheet, fixed, grid)
+        sheet = self._sheet if attempt.is_regular else None
+        said = said_rows(self.left, attempt.share * self.verdict.spread, self.nats, sheet, grid)
         tried = {loop: rows for loop, rows in said.items() if has_size(rows[0], self.left[loop].is_closed)}
         if attempt.is_on_grid and tried:
             _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, self.verdict.fitted)

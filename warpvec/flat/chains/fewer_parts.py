@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain, Shown
-from warpvec.flat.chains.saying import SIZE_MIN, LoopRows, Sheet, are_ellipse, has_size, said_rows, with_rows
+from warpvec.flat.chains.saying import SIZE_MIN, LoopRows, are_ellipse, has_size, said_rows, with_rows
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import CUBIC, LINE, number_nats
 from warpvec.flat.simplification.critic import Critic
@@ -76,7 +76,7 @@ class _Work:
     def make_round(self) -> None:
         """Choose the parts of the loops that are left, and take those that the picture accepts."""
         old = self.scene
-        said = said_rows(self._chains(), SHARE * self.detail, self._sheet)
+        said = said_rows(self._chains(), SHARE * self.detail, number_nats(max(self.critic.image.shape[:2])))
         tried = {loop: rows for loop, rows in said.items() if has_size(rows[0], True) and _is_shorter(old, loop, rows)}
         self.left = set(tried)
         if not tried:
@@ -93,12 +93,6 @@ class _Work:
         is_worse = error.sum() > self.before.sum() + allowed.sum()
         back = sorted(tried) if is_worse else np.unique(segment_loops(new)[wrong]).tolist()
         self.scene = with_rows(new, {loop: _rows_of(old, loop) for loop in back})
-
-    @property
-    def _sheet(self) -> Sheet:
-        height, width = self.critic.image.shape[:2]
-        nothing = np.zeros(self.scene.structure.loop_count)
-        return Sheet(number_nats(max(height, width)), (width / 2.0, height / 2.0), nothing, nothing.astype(np.int64))
 
     def _chains(self) -> dict[int, Chain]:
         """Return the chain of each loop that is left, which is kept as well as the picture shows it."""

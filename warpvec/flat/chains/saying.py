@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,15 +16,14 @@ from warpvec.flat.chains.joined_ends import join_ends, with_met_ends
 from warpvec.flat.chains.parts import LINE, rows_of
 from warpvec.flat.chains.relations import find_relations
 from warpvec.flat.chains.sketch import parted, sketch_of
-from warpvec.flat.chains.solve import ROUNDS, Sketch, solved
+from warpvec.flat.chains.solve import Sketch, solved
 from warpvec.flat.chains.symmetry import Fold, folds_of
 from warpvec.geometry.quarter import QUARTER_HANDLE
-from warpvec.geometry.regrouping import regrouped
+from warpvec.geometry.regrouping import with_loops
 from warpvec.geometry.scene import Scene
 
 LoopRows = tuple[Floats, Mask]
 """The rows [S, 3, 2] of a loop, and which are lines [S]."""
-
 
 FIRST_ROUNDS = 3
 """Steps of solutions without relations: the first one is fitted to the picture, and others begin near their end."""
@@ -34,25 +32,24 @@ NEAR, NEAR_MIN, NEAR_MAX = 2.0, 0.05, 0.1
 """Moves of numbers that a relation may cause, in deviations of places, and bounds of them in pixels. The picture
 judges afterwards."""
 
-
 SIZE_MIN = 1e-6
 """Size of a curve in pixels below which it is a point."""
 
 
 class Sheet(NamedTuple):
-    """What a drawing is on.
+    """What chains have relations with, beside each other.
 
     Attributes:
-        nats: of a number.
         middle: of the canvas.
         widths: that of the stroke of each loop [L]; 0 for an outline.
         looks: the number of the look of each loop [L]: its paint and its width.
+        fixed: points [K, 2] of outlines that stay.
     """
 
-    nats: float
     middle: tuple[float, float]
     widths: Floats
     looks: Integers
+    fixed: Floats
 
 
 def move_allowed(spread: float) -> float:
@@ -90,7 +87,7 @@ class Sketched(NamedTuple):
 
 
 def said_rows(
-    chains: dict[int, Chain], spread: float, sheet: Sheet, fixed: Floats | None = None, grid: Grid | None = None
+    chains: dict[int, Chain], spread: float, nats: float, sheet: Sheet | None = None, grid: Grid | None = None
 ) -> dict[int, LoopRows]:
     """Return the rows [S, 3, 2] of each of ``chains``, and which are lines [S]; as `sketched`.
 
@@ -98,42 +95,44 @@ def said_rows(
     """
     if not chains:
         return {}
-    found = sketched_chains(chains, spread, sheet, fixed)
+    found = sketched(chains, spread, nats, sheet)
     if grid is not None:
         hold_grid(found.sketch, grid)
     return found.rows()
 
 
-def sketched_chains(chains: dict[int, Chain], spread: float, sheet: Sheet, fixed: Floats | None = None) -> Sketched:
+def sketched(chains: dict[int, Chain], spread: float, nats: float, sheet: Sheet | None = None) -> Sketched:
     """Return ``chains`` as a solved sketch.
 
     Args:
         chains: the chains by their loops.
         spread: deviation of places in pixels.
-        sheet: what they are on.
-        fixed: points [K, 2] of outlines that stay; None for no relations.
+        nats: of a number.
+        sheet: what they are on; None for no relations.
     """
-    move = move_allowed(spread)
-    chains = chains if fixed is None else with_met_ends(chains, sheet.widths, sheet.looks)
-    folds = {} if fixed is None else folds_of(chains, fixed, move)
+    if sheet is None:
+        loops = list(chains)
+        sketch = sketch_of([parted(chain, spread, nats) for chain in chains.values()], spread)
+        solved(sketch, FIRST_ROUNDS)
+        return Sketched(sketch, loops, {}, {loop: chain.is_closed for loop, chain in chains.items()})
+    chains, move = with_met_ends(chains, sheet.widths, sheet.looks), move_allowed(spread)
+    folds = folds_of(chains, sheet.fixed, move)
     twins = {each[0].twin for each in folds.values()}
     loops = [loop for loop in chains if loop not in twins]
     found, chosen = list[tuple[Chain, list[Part]]](), {}
     for number, loop in enumerate(loops):
         halves = [fold.chain for fold in folds.get(loop, [])] or [chains[loop]]
-        offers = [parted(each, spread, sheet.nats) for each in halves]
+        offers = [parted(each, spread, nats) for each in halves]
         best = min(range(len(offers)), key=lambda k: numbers_of(offers[k][1]))
         found.append(offers[best])
         if loop in folds:
             chosen[number] = folds[loop][best]
     sketch = sketch_of(found, spread)
-    if fixed is not None:
-        hold_folds(sketch, chosen, move, sheet.middle)
-        join_ends(sketch)
-    solved(sketch, ROUNDS if fixed is not None else FIRST_ROUNDS)
-    if fixed is not None:
-        find_relations(sketch, move)
-        solved(sketch)
+    hold_folds(sketch, chosen, move, sheet.middle)
+    join_ends(sketch)
+    solved(sketch)
+    find_relations(sketch, move)
+    solved(sketch)
     return Sketched(sketch, loops, chosen, {loop: chain.is_closed for loop, chain in chains.items()})
 
 
@@ -155,9 +154,9 @@ def has_size(rows: Floats, is_closed: bool) -> bool:
 
 def with_rows(scene: Scene, loops: dict[int, LoopRows]) -> Scene:
     """Return ``scene`` with other rows [S, 3, 2] for some loops, of which some are lines [S]."""
-    own = [list(range(start, stop)) for start, stop in pairwise(scene.structure.path_first_loop.tolist())]
-    changed = {loop: (torch.from_numpy(rows), torch.from_numpy(is_line)) for loop, (rows, is_line) in loops.items()}
-    return regrouped(scene, range(len(scene)), own, changed)
+    return with_loops(
+        scene, {loop: (torch.from_numpy(rows), torch.from_numpy(lines)) for loop, (rows, lines) in loops.items()}
+    )
 
 
 def are_ellipse(curves: Floats) -> bool:

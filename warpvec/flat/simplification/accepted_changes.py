@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import pairwise
 
 import numpy as np
 import torch
@@ -15,7 +14,7 @@ from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import boxes_of, errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, control_points, segment_loops
 from warpvec.geometry.forms.registry import ELLIPSE
-from warpvec.geometry.regrouping import regrouped
+from warpvec.geometry.regrouping import with_loops
 from warpvec.geometry.scene import Scene
 from warpvec.watch.decisions import are_wanted, box_of
 
@@ -25,7 +24,7 @@ def accepted_loops(
 ) -> Scene:
     """Return ``old`` with other curves for some ``loops`` [K, 3, 2], where the exact error rises by little."""
     kept = kept_loops(old, loops, critic, samples, detail)
-    return with_loops(old, kept) if kept else old
+    return _with_curves(old, kept) if kept else old
 
 
 def kept_loops(
@@ -39,7 +38,7 @@ def kept_loops(
     count = old.structure.loop_count
     limit = np.bincount(segment_loops(old), allowed, count).astype(np.float64)
     while loops:
-        new = with_loops(old, loops)
+        new = _with_curves(old, loops)
         rise = critic.error(new) - before
         outlines = [(segment_loops(scene), control_points(scene)) for scene in (old, new)]
         costs = [np.bincount(owner, errors_near(control, rise), count) for owner, control in outlines]
@@ -85,8 +84,7 @@ def _is_worse_inside(
     return wrong
 
 
-def with_loops(scene: Scene, loops: dict[int, Floats]) -> Scene:
+def _with_curves(scene: Scene, loops: dict[int, Floats]) -> Scene:
     """Return ``scene`` with the curves [K, 3, 2] for the loops of these numbers."""
-    own = [list(range(start, stop)) for start, stop in pairwise(scene.structure.path_first_loop.tolist())]
     changed = {loop: (torch.from_numpy(rows), torch.zeros(len(rows), dtype=torch.bool)) for loop, rows in loops.items()}
-    return regrouped(scene.detach(), range(len(scene)), own, changed)
+    return with_loops(scene, changed)
