@@ -36,6 +36,8 @@ from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 _CHUNK_ITEMS_MIN = 64
 # Kernels index with 32-bit integers.
 _ENTRIES_MAX = 2**31
+# Numbers of items of which a command keeps the bounds.
+_BOUNDS_MAX = 256
 # Enough chunks per thread that one slow chunk leaves little idle time at the end, and few enough to launch cheaply.
 _CHUNKS_PER_THREAD = 4
 
@@ -218,6 +220,7 @@ class _Command:
         # Several items a block, which only tests of Warp's blocks on the CPU have, are left to Warp.
         self._packed = _packed(self._launch.params[1:]) if device.is_cpu and self._launch.block_dim == 1 else None
         self._names = () if self._packed is None else tuple(name for name, _ in self._packed._fields_)
+        self._bounds: dict[int, Any] = {}
 
     def update(self, arguments: list[Any]) -> None:
         for index, (before, now) in enumerate(zip(self._arguments, arguments, strict=True)):
@@ -243,13 +246,23 @@ class _Command:
         first_before, count_before = self._range
         if first != first_before:
             self._set(0, first)
+        self._range = (first, item_count)
+        if self._packed is not None:
+            self._launch.hooks.forward(ctypes.byref(self._bounds_of(item_count)), ctypes.byref(self._packed))
+            return
         if item_count != count_before:
             self._launch.set_dim(item_count)
-        self._range = (first, item_count)
-        if self._packed is None:
-            self._launch.launch()
-        else:
-            self._launch.hooks.forward(ctypes.byref(self._launch.bounds), ctypes.byref(self._packed))
+        self._launch.launch()
+
+    def _bounds_of(self, item_count: int) -> Any:
+        """Return Warp's bounds of so many items, which are kept: drawings of a fit launch the same counts."""
+        found = self._bounds.get(item_count)
+        if found is None:
+            if len(self._bounds) >= _BOUNDS_MAX:
+                self._bounds.clear()
+            self._launch.set_dim(item_count)
+            found = self._bounds[item_count] = self._launch.bounds
+        return found
 
 
 def _packed(values: list[Any]) -> Any:
