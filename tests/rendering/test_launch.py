@@ -19,6 +19,7 @@ from warpvec.rendering import thread_pool
 from warpvec.rendering.launch import (
     Buffers,
     Launcher,
+    as_warp,
     check_total,
     exclusive_scan,
     read_total,
@@ -72,6 +73,13 @@ def test_arguments_of_one_call_are_not_those_of_the_last(threads: int) -> None:
     launch.shared(count_visits, 100, [7, arrays[0]])
     assert arrays[0].numpy().tolist() == [1007] * 100 + [1000] * 200
     assert set(arrays[1].numpy().tolist()) == {2000} and set(arrays[2].numpy().tolist()) == {3000}
+
+
+def test_arrays_of_equal_shapes_have_their_own_memory() -> None:
+    first, second = torch.zeros(3), torch.ones(3)
+    found = [as_warp(each, wp.float32) for each in (first, second)]
+    assert [each.data for each in found] == [first.data_ptr(), second.data_ptr()]
+    assert as_warp(torch.full((3,), 2.0), wp.float32)._ref.tolist() == [2.0, 2.0, 2.0]  # kept, as nobody else does
 
 
 @pytest.mark.parametrize("threads", [1, 3])

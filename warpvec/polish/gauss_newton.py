@@ -15,6 +15,7 @@ import numpy as np
 from scipy import sparse
 from torch import Tensor
 
+from warpvec.polish.damped_steps import sum_of
 from warpvec.polish.normal_matrix import NormalMatrix
 from warpvec.polish.paint_slopes import PaintSlopes, paint_value_count
 from warpvec.polish.tension import tension_matrix
@@ -22,7 +23,14 @@ from warpvec.polish.variables import Variables
 
 
 def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_matrix:
-    """Return the matrix [K, K] in float64 at the values ``x`` [K]; rows and columns of opacities are empty.
+    """Return the matrix [K, K] in float64 at the values ``x`` [K]; see `normal_entries`."""
+    return sum_of(normal_entries(variables, x, held))
+
+
+def normal_entries(variables: Variables, x: Tensor, held: Tensor) -> list[sparse.coo_matrix]:
+    """Return matrices [K, K] whose sum is the Gauss-Newton matrix, in float64, at the values ``x`` [K].
+
+    Rows and columns of opacities are empty. The next call overwrites their memory.
 
     Those of locked paths are of no use: their outlines, and what their gradients do away from outlines, are left out.
     Handles that are ``held`` [R, 2] do not get longer or shorter; see `Variables.held`.
@@ -40,14 +48,14 @@ def gauss_newton(variables: Variables, x: Tensor, held: Tensor) -> sparse.csc_ma
     first = 2 * variables.point_count
     rows, factor = variables.row_slopes(x, held), 2.0 * target.error_scale
     by_paints = None if paints is None else paints.at_pixels()
-    matrix = found.matrix(rows, len(x), factor, by_paints)
+    entries = [found.entries_of(rows, len(x), factor, by_paints)]
     if variables.tension is not None:
-        matrix += tension_matrix(here, variables.tension.to(here.segments.device), rows, len(x))
+        entries.append(tension_matrix(here, variables.tension.to(here.segments.device), rows, len(x)))
     if paints is None or by_paints is None:
-        return matrix
+        return entries
     by_values = _among(by_paints, first, len(x))
     own = by_values.T.tocsr() @ by_values + paints.elsewhere(first, len(x))
-    return matrix + (factor * own).tocsc()
+    return [*entries, (factor * own).tocoo()]
 
 
 def _among(slopes: sparse.csr_matrix, first: int, count: int) -> sparse.csr_matrix:

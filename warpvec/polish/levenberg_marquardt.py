@@ -7,21 +7,20 @@ each of which takes as long as ten to twenty of `warpvec.polish.descent`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
 from torch import Tensor
 
+from warpvec.arrays import Floats
 from warpvec.generators import generator_of
-from warpvec.polish.gauss_newton import gauss_newton
+from warpvec.polish.damped_steps import DAMPING_MIN, FEW_MAX, Equations, FewEquations, SparseEquations, order_by_nodes
+from warpvec.polish.gauss_newton import normal_entries
 from warpvec.polish.variables import Evaluation, Variables
 
-DAMPING_FIRST, DAMPING_MIN, DAMPING_MAX = 1e-3, 1e-8, 1e4
-"""Damping of the first step, as a share of the matrix's diagonal, and its bounds. With more nothing moves any more."""
+DAMPING_FIRST, DAMPING_MAX = 1e-3, 1e4
+"""Damping of the first step, as a share of the matrix's diagonal, and the most. With more nothing moves any more."""
 
 DAMPING_UP, DAMPING_DOWN = 4.0, 6.0
 """Factor of the damping after a failed step, and after a step with the expected decrease."""
@@ -32,15 +31,6 @@ RATIO_GOOD, RATIO_POOR = 0.7, 0.25
 MOVE_MAX, MOVE_SHARE = 1.5, 0.25
 """Largest move of a point in a step: so many pixels, or this share of the shorter line to a neighbouring node. Farther
 from an edge its pixels do not tell where it should be."""
-
-LIMIT_ROUNDS = 4
-"""Times that the damping of points that move too far is raised before their moves are cut."""
-
-EXCESS_MAX = 1.1
-"""Moves of at most this many times the limit are cut at once."""
-
-EXCESS_DAMPING = 2.0
-"""Factor of the damping of a point that moves as far as it may."""
 
 FOLD_DAMPING = 3.0
 """Factor of the damping of folding segments, at each fold. With 16 here and 4 below, a thin part that closes stops its
@@ -77,10 +67,6 @@ goes on, because some steps gain more than expected."""
 STEPS_MAX = 60
 """Most matrices that are made, each of which takes as long as some fifteen evaluations."""
 
-POINT_FLOOR = 1.0
-"""Share of the mean diagonal of all points that is added to that of each: points that the picture hardly holds would
-else run far with every step. With 0.1 or 10 the mean PSNR of four tracings is 0.4 dB lower."""
-
 PROBES = 8
 """Random images from which the strengths of opacities are estimated."""
 
@@ -106,6 +92,8 @@ class LevenbergMarquardt:
         self._free = variables.is_free.nonzero().flatten().cpu().numpy()
         self._strength = self._opacity_strength(x, seed)
         self._order: NDArray[np.int64] | None = None
+        is_few = len(self._free) <= FEW_MAX
+        self._few = order_by_nodes(self._free, variables.point_count) if is_few else None
 
     def steps(self, count: int, gain_min: float = GAIN_MIN, unseen: float = 0.0) -> Iterator[Evaluation]:
         """Yield each evaluation of the loss, at most ``count``, until the last steps gain less than ``gain_min``.
@@ -144,7 +132,7 @@ class LevenbergMarquardt:
             self._here = tried
         return is_better
 
-    def _allowed_step(self, system: _System) -> tuple[Tensor, float]:
+    def _allowed_step(self, system: Equations) -> tuple[Tensor, float]:
         """Return the values [K] after a step that folds nothing, and the expected decrease of the loss."""
         joints, before = self._variables.joints, None
         held = torch.zeros_like(self._fold_damping, dtype=torch.bool)
@@ -170,40 +158,39 @@ class LevenbergMarquardt:
                 held = self._variables.whole_paths(held)
         return x, system.decrease(step)
 
-    def _limited_step(self, system: _System) -> Tensor:
+    def _limited_step(self, system: Equations) -> Tensor:
         """Return the step [K] with more damping of the points that would move too far."""
-        bound = 2 * self._variables.point_count
-        limit = self._limits()
-        extra = self._fold_damping.repeat(3)
-        for _ in range(LIMIT_ROUNDS):
-            factors = torch.ones(len(self._here.x), dtype=torch.float64, device=extra.device)
-            factors[:bound].view(-1, 2).copy_(extra[:, None])
-            step = system.step(self._damping * factors)
-            excess = step[:bound].view(-1, 2).norm(dim=1) / limit
-            if float(excess.max()) < EXCESS_MAX:
-                break
-            extra = torch.where(excess > 1.0, extra * EXCESS_DAMPING * excess**1.5, extra)
-        step[:bound].view(-1, 2).div_(excess.clamp_min(1.0)[:, None])
+        extra = self._fold_damping.repeat(3).cpu().numpy()
+        step = system.limited_step(self._damping, extra, self._limits).to(self._here.x.device)
         step = self._variables.with_bounded_forms(step, MOVE_MAX * self._scale)
         step = self._variables.with_bounded_stops(self._here.x, step)
         return step.to(self._here.x.dtype)
 
-    def _limits(self) -> Tensor:
+    def _limits_here(self) -> Floats:
         """Return how far each point may move [3 R]."""
         joints, count = self._variables.joints, self._variables.point_count // 3
         anchor = self._here.x[: 2 * count].view(-1, 2).double()
         chord = (anchor[joints.following] - anchor).norm(dim=1)
         near = MOVE_SHARE * torch.minimum(chord, chord[joints.preceding])
-        return near.clamp_min(MOVE_MAX * self._scale).repeat(3)
+        found: Floats = near.clamp_min(MOVE_MAX * self._scale).repeat(3).cpu().numpy()
+        return found
 
-    def _system(self) -> _System:
-        held, gradient = self._variables.held(self._here)
-        matrix = gauss_newton(self._variables, self._here.x, held)
-        floor = self._variables.form_floor(torch.from_numpy(matrix.diagonal()).to(gradient.device)).cpu().numpy()
-        bound = 2 * self._variables.point_count
-        system = _System(matrix, self._strength, gradient, self._free, bound, floor, self._order)
+    def _system(self) -> Equations:
+        """Return the equations of the next steps, from the present values."""
+        variables, self._limits = self._variables, self._limits_here()
+        held, gradient = variables.held(self._here)
+        entries = normal_entries(variables, self._here.x, held)
+        known = entries, self._strength, gradient.double().cpu().numpy()
+        if self._few is not None:
+            return FewEquations(*known, self._few, variables.point_count, self._floor)
+        system = SparseEquations(*known, self._free, variables.point_count, self._floor, self._order)
         self._order = system.order
         return system
+
+    def _floor(self, diagonal: Floats) -> Floats:
+        """Return what must be added to a ``diagonal`` [K] so that no number takes endless steps."""
+        found: Floats = self._variables.form_floor(torch.from_numpy(diagonal).to(self._here.x.device)).cpu().numpy()
+        return found
 
     def _opacity_strength(self, x: Tensor, seed: int) -> NDArray[np.float64]:
         """Return the diagonal [K] that the matrix leaves out: of opacities and what acts through them, elsewhere 0."""
@@ -224,65 +211,3 @@ def _is_idle(losses: list[float], gain_min: float, unseen: float) -> bool:
         len(losses) > count and losses[-1] + unseen > (1.0 - least) * (losses[-1 - count] + unseen)
         for count, least in ((GAIN_STEPS, gain_min), (STILL_STEPS, STILL_SHARE * GAIN_MIN))
     )
-
-
-class _System:
-    """The equations of one step, in the values that are free.
-
-    Attributes:
-        order: the order in which these values are eliminated, which keeps the factors of the matrix sparse [F].
-    """
-
-    def __init__(
-        self,
-        matrix: sparse.csc_matrix,
-        strength: NDArray[np.float64],
-        gradient: Tensor,
-        free: NDArray[np.int64],
-        point_bound: int,
-        floor: NDArray[np.float64],
-        order: NDArray[np.int64] | None = None,
-    ) -> None:
-        self._gradient, self._free, self._count = gradient, free, len(strength)
-        whole = matrix + sparse.diags(strength, format="csc") if strength.any() else matrix
-        self._matrix = whole[free][:, free].tocsc()
-        diagonal = matrix.diagonal() + strength
-        diagonal[:point_bound] += POINT_FLOOR * diagonal[:point_bound].mean()
-        diagonal += floor
-        self._diagonal = np.maximum(diagonal[free], 1e-12)
-        self._slope = gradient.double().cpu().numpy()[free]
-        least = self._matrix + sparse.diags(DAMPING_MIN * self._diagonal, format="csc")  # with a whole diagonal
-        self.order = _order_of(least) if order is None else order
-        self._least = least[self.order][:, self.order].tocsc()
-        self._least.sort_indices()
-        columns = np.repeat(np.arange(len(free)), np.diff(self._least.indptr))
-        self._places = np.flatnonzero(self._least.indices == columns)
-
-    def step(self, damping: Tensor) -> Tensor:
-        """Return the step [K] in float64 with so much ``damping`` [K] of each value, at least ``DAMPING_MIN``."""
-        damped, rows = self._least.copy(), self._free[self.order]
-        more = damping.cpu().numpy()[rows] - DAMPING_MIN
-        damped.data[self._places] += more * self._diagonal[self.order]
-        solver = splu(damped, permc_spec="NATURAL", **_SYMMETRIC)
-        step = np.zeros(self._count)
-        step[rows] = -solver.solve(self._slope[self.order])
-        return torch.from_numpy(step).to(self._gradient.device)
-
-    def decrease(self, step: Tensor) -> float:
-        """Return by how much the loss should fall with ``step`` [K]."""
-        move = step.double().cpu().numpy()[self._free]
-        # Sums, because a dot product of BLAS has other bits with other numbers of threads.
-        return float(-(move * self._slope).sum() - 0.5 * (move * (self._matrix @ move)).sum())
-
-
-_SYMMETRIC: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-"""Arguments with which SuperLU takes its pivots from the diagonal of a symmetric matrix."""
-
-
-def _order_of(matrix: sparse.csc_matrix) -> NDArray[np.int64]:
-    """Return an order of the values of a symmetric matrix whose factors are sparse.
-
-    It takes half of the time of a solution. What few steps change in a matrix hardly changes it.
-    """
-    found: NDArray[np.int64] = np.argsort(splu(matrix, permc_spec="MMD_AT_PLUS_A", **_SYMMETRIC).perm_c)
-    return found

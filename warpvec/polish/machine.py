@@ -11,7 +11,15 @@ import torch
 import warp as wp
 from numpy.typing import NDArray
 
-from warpvec.kernels import crossed_pixels, cubic_fitting, near_errors, normal_matrix, pixel_weights, row_slopes
+from warpvec.kernels import (
+    crossed_pixels,
+    cubic_fitting,
+    damped_steps,
+    near_errors,
+    normal_matrix,
+    pixel_weights,
+    row_slopes,
+)
 from warpvec.kernels.crossed_pixels import ROW_VALUES, vec9
 from warpvec.kernels.row_slopes import COLUMNS_MAX
 from warpvec.rendering.launch import Launcher, as_warp, once_per_thread, start_warp
@@ -35,8 +43,8 @@ class Machine:
         start_warp()
         self.launch = Launcher(device, 1)
         self.get = self.launch.make_buffers().get
-        kernels = (crossed_pixels, pixel_weights, normal_matrix, row_slopes, near_errors, cubic_fitting)
-        self.kernels = {name: kernel for each in kernels for name, kernel in vars(each.make_kernels()).items()}
+        sources = (crossed_pixels, pixel_weights, normal_matrix, row_slopes, damped_steps, near_errors, cubic_fitting)
+        self.kernels = {name: kernel for each in sources for name, kernel in vars(each.make_kernels()).items()}
         self.entry_room, self.block_room = _ENTRIES_FIRST, _BLOCKS_FIRST
         self.blocks: list[wp.array] = []
         self._pixel_entry: wp.array | None = None

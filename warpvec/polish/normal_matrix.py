@@ -141,10 +141,10 @@ class NormalMatrix:
             if old is not new:
                 new.numpy()[:count] = old.numpy()[:count]
 
-    def matrix(
+    def entries_of(
         self, rows: RowSlopes, count: int, factor: float, by_paints: sparse.csr_matrix | None
-    ) -> sparse.csc_matrix:
-        """Return ``factor`` times the matrix [V, V] of ``count`` values.
+    ) -> sparse.coo_matrix:
+        """Return ``factor`` times the matrix [V, V] of ``count`` values; some entries are in parts.
 
         Args:
             rows: how the rows follow the values.
@@ -174,7 +174,7 @@ class NormalMatrix:
             squares = factor * np.append(self._squares[:-1].repeat(3), np.full(3, max(self._squares[-1], 0.0)))
             more: list[NDArray[Any]] = [own, own, squares]
             found = [np.append(one, other) for one, other in zip(found, more, strict=True)]
-        return sparse.coo_matrix((found[2], (found[0], found[1])), shape=(count, count)).tocsc()
+        return sparse.coo_matrix((found[2], (found[0], found[1])), shape=(count, count))
 
     def _multiply(self, by_paints: sparse.csr_matrix | None) -> NDArray[np.int32]:
         """Make the blocks, and return how many there are."""

@@ -39,7 +39,7 @@ def tension_of(scene: Scene, weight: Tensor) -> tuple[float, Tensor]:
     return float((weight * length).sum()), adjoint.to(scene.segments)
 
 
-def tension_matrix(scene: Scene, weight: Tensor, rows: RowSlopes, count: int) -> sparse.csc_matrix:
+def tension_matrix(scene: Scene, weight: Tensor, rows: RowSlopes, count: int) -> sparse.coo_matrix:
     """Return a matrix [count, count] that bounds the second derivatives of `tension_of` by the values of ``rows``.
 
     It is that of the squares of the steps, with the lengths as they are.
@@ -54,7 +54,7 @@ def tension_matrix(scene: Scene, weight: Tensor, rows: RowSlopes, count: int) ->
     values = np.where(is_used, rows.value.numpy()[: len(squares), :most], 0)
     blocks = squares[:, None, None] * (slopes @ _SQUARED_STEPS @ slopes.swapaxes(1, 2))
     first, second = (np.broadcast_to(each, blocks.shape) for each in (values[:, :, None], values[:, None]))
-    return sparse.coo_matrix((blocks.ravel(), (first.ravel(), second.ravel())), shape=(count, count)).tocsc()
+    return sparse.coo_matrix((blocks.ravel(), (first.ravel(), second.ravel())), shape=(count, count))
 
 
 _STEPS = np.kron(np.diff(np.eye(4), axis=0), np.eye(2))

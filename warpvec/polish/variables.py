@@ -97,20 +97,20 @@ class Variables:
         self.opacity_range = self._bounds[4], self._bounds[5]
         self.is_free = torch.ones_like(self.start, dtype=torch.bool)
         is_translucent = torch.full_like(scene.opacity, config.opacity == "free", dtype=torch.bool)
-        self._of(self.is_free)[4].copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
-        self._of(self.is_free)[5].fill_(config.backdrop != "white" and not scene.transparent)
+        self._part(self.is_free, 4).copy_(is_translucent & ((scene.opacity < OPAQUE) | free))
+        self._part(self.is_free, 5).fill_(config.backdrop != "white" and not scene.transparent)
         if scene.gradients is not None and scene.gradients.stops is not None:
             masks = free_stops(scene.gradients, are_translucent_free=config.opacity == "free", free=free)
             for part, mask in zip(self._stops_of(self.is_free), masks, strict=True):
                 part.copy_(mask)
         if scene.strokes is not None:
-            self._of(self.is_free)[self._width_part].copy_(scene.strokes.is_stroked)
+            self._part(self.is_free, self._width_part).copy_(scene.strokes.is_stroked)
         if scene.softness is not None:
-            self._of(self.is_free)[self._sigma_part].copy_(scene.softness.is_soft & (not keeps_softness))
+            self._part(self.is_free, self._sigma_part).copy_(scene.softness.is_soft & (not keeps_softness))
         if scene.forms is not None:
             own = scene.forms.is_form
             self.is_free &= ~self.points_of(own[scene.structure.segment_path.long()])
-            self._of(self.is_free)[-1].copy_(is_used(scene.forms.parameters, scene.forms.kind))
+            self._part(self.is_free, -1).copy_(is_used(scene.forms.parameters, scene.forms.kind))
         if keeps_stops and scene.gradients is not None:
             self.is_free &= ~self._stop_colors_of(scene.gradients.kind != FLAT)
         self.locked, self.tension = locked, tension
@@ -177,15 +177,15 @@ class Variables:
         """
         floor = torch.zeros_like(diagonal)
         if self._scene.strokes is not None:
-            widths = self._of(diagonal)[self._width_part]
-            self._of(floor)[self._width_part].fill_(STRENGTH_MIN * widths.mean() + 1e-12)
+            widths = self._part(diagonal, self._width_part)
+            self._part(floor, self._width_part).fill_(STRENGTH_MIN * widths.mean() + 1e-12)
         if self._scene.softness is not None:
-            sigmas = self._of(diagonal)[self._sigma_part]
-            self._of(floor)[self._sigma_part].fill_(STRENGTH_MIN * sigmas.mean() + 1e-12)
+            sigmas = self._part(diagonal, self._sigma_part)
+            self._part(floor, self._sigma_part).fill_(STRENGTH_MIN * sigmas.mean() + 1e-12)
         if self._scene.forms is not None:
-            part, own = self._of(diagonal)[-1], self._of(self.is_free)[-1]
+            part, own = self._part(diagonal, -1), self._part(self.is_free, -1)
             mean = (part * own).sum(0) / own.sum(0).clamp_min(1)
-            self._of(floor)[-1].copy_(STRENGTH_MIN * mean + 1e-12)
+            self._part(floor, -1).copy_(STRENGTH_MIN * mean + 1e-12)
         return floor
 
     def row_slopes(self, x: Tensor, held: Tensor | None = None) -> RowSlopes:
@@ -193,7 +193,7 @@ class Variables:
 
         Handles that are ``held`` [R, 2] keep their length.
         """
-        return self._rows.slopes(self._of(x)[:3], held, self._form_derivative(x))
+        return self._rows.slopes(self._points(x), held, self._form_derivative(x))
 
     def _form_derivative(self, x: Tensor) -> sparse.csr_matrix | None:
         """Return the derivative of the curves by the parameters of forms [8 R, 6 N]; None without forms."""
@@ -202,14 +202,14 @@ class Variables:
             return None
         from warpvec.geometry.form_slopes import form_derivative
 
-        return form_derivative(replace(forms, parameters=self._of(x)[-1]), self._scene.structure)
+        return form_derivative(replace(forms, parameters=self._part(x, -1)), self._scene.structure)
 
     def with_bounded_forms(self, step: Tensor, most: float) -> Tensor:
         """Return ``step`` [K] with each form moving by at most ``most`` pixels."""
         if self._scene.forms is None:
             return step
         step = step.clone()
-        moves, parameters = self._of(step)[-1], self._of(self.start)[-1]
+        moves, parameters = self._part(step, -1), self._part(self.start, -1)
         reach = parameters[:, FIRST : SECOND + 1].abs().amax(1)
         sizes = moves[:, :2].norm(dim=1) + moves[:, FIRST : SECOND + 1].abs().amax(1) + moves[:, CORNER].abs()
         moves *= (most / (sizes + moves[:, ANGLE].abs() * reach).clamp_min(1e-9)).clamp_max(1.0)[:, None]
@@ -229,7 +229,7 @@ class Variables:
     def held(self, found: Evaluation) -> tuple[Tensor, Tensor]:
         """Return which handles [R, 2] must not move along themselves, and the gradient [K] without such moves."""
         gradient = found.gradient.clone()
-        points, adjoints = self._of(found.x)[:3], self._of(gradient)[:3]
+        points, adjoints = self._points(found.x), self._points(gradient)
         held, direction = self.joints.held(points, adjoints), self.joints.directions(*points)
         for side, adjoint in zip(held.unbind(1), adjoints[1:], strict=True):
             along = (adjoint * direction).sum(1, keepdim=True) * direction
@@ -238,7 +238,7 @@ class Variables:
 
     def limited(self, x: Tensor) -> Tensor:
         """Return ``x`` with smooth nodes smooth, colours in [0, 1] and free opacities in [``OPACITY_MIN``, 1]."""
-        return self._limited(x, self._rows.place(self._of(x)[:3])[:2])
+        return self._limited(x, self._rows.place(self._points(x))[:2])
 
     def _limited(self, x: Tensor, aligned: Sequence[Tensor]) -> Tensor:
         """Return `limited` with the handles ``aligned``."""
@@ -250,22 +250,22 @@ class Variables:
         for part in (color, background, *end_color):
             part.clamp_(0.0, 1.0)
         if self._scene.strokes is not None:
-            width = self._of(x)[self._width_part]
+            width = self._part(x, self._width_part)
             width.copy_(torch.where(self._scene.strokes.is_stroked, width.clamp_min(WIDTH_MIN), 0.0))
         if self._scene.softness is not None:
-            sigma, is_soft = self._of(x)[self._sigma_part], self._scene.softness.is_soft
+            sigma, is_soft = self._part(x, self._sigma_part), self._scene.softness.is_soft
             sigma.copy_(torch.where(is_soft, sigma.clamp(SIGMA_FIT_MIN, SIGMA_MAX), 0.0))
         if self._scene.forms is not None:
             paints[-1].copy_(replace(self._scene.forms, parameters=paints[-1]).bounded().parameters)
         if self._scene.gradients is not None:
             bound_stops(self._stops_of(x), self._stops_of(self.is_free), self._scene.gradients)
-        opacity.copy_(torch.where(self._of(self.is_free)[4], opacity.clamp(OPACITY_MIN, 1.0), opacity))
+        opacity.copy_(torch.where(self._part(self.is_free, 4), opacity.clamp(OPACITY_MIN, 1.0), opacity))
         return x if self._locked is None else torch.where(self._locked, self.start, x)
 
     def points_of(self, rows: Tensor) -> Tensor:
         """Return which values are points of the segments ``rows`` (a mask [R]) or of their nodes: a mask [K]."""
         mask = torch.zeros_like(self.is_free)
-        for part in self._of(mask)[:3]:
+        for part in self._points(mask):
             part.copy_(rows[:, None].expand_as(part))
         return mask
 
@@ -281,7 +281,7 @@ class Variables:
         """Return which values are colours or opacities of the stops of ``paths`` (a mask [N]): a mask [K]."""
         mask = torch.zeros_like(self.is_free)
         stops = self._stops_of(mask)
-        for part in (self._of(mask)[3], self._of(mask)[6], *stops[:1], *stops[2:3]):
+        for part in (self._part(mask, 3), self._part(mask, 6), *stops[:1], *stops[2:3]):
             part[paths] = True
         return mask
 
@@ -299,14 +299,14 @@ class Variables:
         They are opacities of paths and of stops, and the places of translucent stops.
         """
         mask = torch.zeros_like(self.is_free)
-        self._of(mask)[4].fill_(True)
+        self._part(mask, 4).fill_(True)
         if self._stops_of(mask):
             gradients = self._scene.gradients
             assert gradients is not None
             is_translucent = gradients.least_opacity() < OPAQUE
             _, offset, opacity, breadth = self._stops_of(mask)
             opacity.fill_(True)
-            for part in (self._of(mask)[7], offset, breadth):
+            for part in (self._part(mask, 7), offset, breadth):
                 part[is_translucent] = True
         return mask
 
@@ -317,11 +317,20 @@ class Variables:
 
     def _stops_of(self, x: Tensor) -> list[Tensor]:
         """Return the parts of a vector [K] that are values of stops; none in a scene without."""
-        return self._of(x)[8 : 8 + len(stop_parts(self._scene.gradients))]
+        return [self._part(x, 8 + k) for k in range(len(stop_parts(self._scene.gradients)))]
 
     def _of(self, x: Tensor) -> list[Tensor]:
         """Return the parts of a vector [K] in their shapes; they share its memory."""
         return [part.view(shape) for part, shape in zip(x.split_with_sizes(self._sizes), self._shapes, strict=True)]
+
+    def _points(self, x: Tensor) -> list[Tensor]:
+        """Return the first three of these: anchors and handles, each [R, 2]."""
+        return [self._part(x, k) for k in range(3)]
+
+    def _part(self, x: Tensor, number: int) -> Tensor:
+        """Return one of these."""
+        begin = self._bounds[number if number >= 0 else number - 1]
+        return x[begin : begin + self._sizes[number]].view(self._shapes[number])
 
     def shown(self, x: Tensor) -> Scene:
         """Return the scene of ``x``, in memory that the next call overwrites.
@@ -331,9 +340,9 @@ class Variables:
         if self._seen is not None and self._seen[0] is x and self._seen[1] == x._version:
             return self._memory
         self._seen = None  # an interruption may leave half of the memory written
-        *aligned, segments = self._rows.place(self._of(x)[:3])
+        *aligned, segments = self._rows.place(self._points(x))
         if self._scene.forms is not None:
-            forms = replace(self._scene.forms, parameters=self._of(x)[-1])
+            forms = replace(self._scene.forms, parameters=self._part(x, -1))
             segments = forms.placed(segments, self._scene.structure)
         scene, limited = self._memory, self._of(self._limited(x, aligned))
         _, _, _, color, opacity, background, *paints = limited

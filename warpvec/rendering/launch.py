@@ -36,6 +36,8 @@ from warpvec.rendering.thread_pool import ThreadPool, core_count, usable_threads
 _CHUNK_ITEMS_MIN = 64
 # Kernels index with 32-bit integers.
 _ENTRIES_MAX = 2**31
+# Numbers of items of which a command keeps the bounds.
+_BOUNDS_MAX = 256
 # Enough chunks per thread that one slow chunk leaves little idle time at the end, and few enough to launch cheaply.
 _CHUNKS_PER_THREAD = 4
 
@@ -200,7 +202,11 @@ class Launcher:
 
 
 class _Command:
-    """A recorded launch. Setting the arguments that changed costs a tenth of packing all of them again."""
+    """A recorded launch. Setting the arguments that changed costs a tenth of packing all of them again.
+
+    On the CPU the compiled function is called with one structure of arguments that stays: Warp makes a new one for each
+    launch, which takes longer than many kernels run.
+    """
 
     def __init__(self, kernel: Any, arguments: list[Any], device: Any) -> None:
         inputs = [0, *arguments]
@@ -211,24 +217,63 @@ class _Command:
             )
         self._arguments = list(arguments)
         self._range = (0, 1)
+        # Several items a block, which only tests of Warp's blocks on the CPU have, are left to Warp.
+        self._packed = _packed(self._launch.params[1:]) if device.is_cpu and self._launch.block_dim == 1 else None
+        self._names = () if self._packed is None else tuple(name for name, _ in self._packed._fields_)
+        self._bounds: dict[int, Any] = {}
 
     def update(self, arguments: list[Any]) -> None:
         for index, (before, now) in enumerate(zip(self._arguments, arguments, strict=True)):
             if before is not now:
-                if isinstance(now, ctypes.Structure):  # a descriptor of an array, which needs no packing
-                    self._launch.set_param_at_index_from_ctype(index + 1, now)
-                else:
-                    self._launch.set_param_at_index(index + 1, now)
+                self._set(index + 1, now)
                 self._arguments[index] = now
+
+    def _set(self, index: int, value: Any) -> None:
+        packed = self._packed
+        is_descriptor = isinstance(value, ctypes.Structure)  # of an array, which needs no packing
+        if packed is None:
+            if is_descriptor:
+                self._launch.set_param_at_index_from_ctype(index, value)
+            else:
+                self._launch.set_param_at_index(index, value)
+        elif is_descriptor or type(value) is int:
+            setattr(packed, self._names[index], value)
+        else:
+            self._launch.set_param_at_index(index, value)
+            setattr(packed, self._names[index], self._launch.params[index + 1])
 
     def run(self, first: int, item_count: int) -> None:
         first_before, count_before = self._range
         if first != first_before:
-            self._launch.set_param_at_index(0, first)
+            self._set(0, first)
+        self._range = (first, item_count)
+        if self._packed is not None:
+            self._launch.hooks.forward(ctypes.byref(self._bounds_of(item_count)), ctypes.byref(self._packed))
+            return
         if item_count != count_before:
             self._launch.set_dim(item_count)
-        self._range = (first, item_count)
         self._launch.launch()
+
+    def _bounds_of(self, item_count: int) -> Any:
+        """Return Warp's bounds of so many items, which are kept: drawings of a fit launch the same counts."""
+        found = self._bounds.get(item_count)
+        if found is None:
+            if len(self._bounds) >= _BOUNDS_MAX:
+                self._bounds.clear()
+            self._launch.set_dim(item_count)
+            found = self._bounds[item_count] = self._launch.bounds
+        return found
+
+
+def _packed(values: list[Any]) -> Any:
+    """Return a structure of the packed arguments of a kernel, in their order."""
+    kind = _structure_of(tuple(type(value) for value in values))
+    return kind(*values)
+
+
+@cache
+def _structure_of(types: tuple[Any, ...]) -> Any:
+    return type("Packed", (ctypes.Structure,), {"_fields_": [(f"at{k}", each) for k, each in enumerate(types)]})
 
 
 class Buffers:
@@ -346,8 +391,24 @@ def as_warp(tensor: torch.Tensor, dtype: Any, *, whole: bool = False) -> Any:
     an array, which takes a fifth of the time to make.
     """
     plain = tensor.detach().contiguous()
-    return wp.from_torch(plain, dtype=dtype, return_ctype=not (whole or _are_whole or plain.is_cuda))
+    if whole or _are_whole or plain.is_cuda:
+        return wp.from_torch(plain, dtype=dtype)
+    kind = dtype, plain.dtype, plain.shape
+    template: Any = _templates.get(kind)
+    if template is None:
+        if len(_templates) >= _TEMPLATES_MAX:
+            _templates.clear()
+        template = _templates[kind] = wp.from_torch(plain, dtype=dtype, return_ctype=True)
+        del template._ref  # it is of use without its memory
+    found = type(template).from_buffer_copy(template)
+    found.data = plain.data_ptr()
+    found._ref = plain  # keeps the memory
+    return found
 
+
+_TEMPLATES_MAX = 4096
+_templates: dict[tuple[Any, torch.dtype, torch.Size], Any] = {}
+"""Descriptors of contiguous tensors by type and shape: checking these takes five times as long as a copy."""
 
 _are_whole: list[bool] = []
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,7 +134,8 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
     order = sorted(range(len(regions)), key=lambda k: (k != regions.canvas, k not in at_border, -sizes[k]))
     least = [SOFTNESS.ground_share if k in at_border else SOFTNESS.plate_share for k in order]
     large = [k for k, share in zip(order, least, strict=True) if sizes[k] >= share * label.size]
-    edges = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
+    cuts = [_sharp_edges(levels, bend + 2.0 * SOFTNESS.noises * noise) for bend in SOFTNESS.piece_bends]
+    maps = [_Map(pieces, each) for each in cuts]
     off = largest_channel(np.abs(levels - painted(regions, label)[..., : levels.shape[2]]))
     is_pure = ndimage.binary_dilation(off <= SOFTNESS.alike, np.ones((3, 3)))
     for k in large[: SOFTNESS.grounds_max]:
@@ -142,15 +144,15 @@ def find_traced_grounds(levels: Floats, regions: Regions, is_jpeg: bool = False)
             continue
         shown = levels if is_clear or levels.shape[2] == 3 else levels[..., :3]
         before: TracedGround | None = None
-        for each in edges:
-            area = (label == k) & (regions.share == 1.0) & ~each
-            own = _cut_where_reached(regions, pieces, area, each)
-            ground = _ground(shown, area, each, own, k in at_border, noise)
+        for each in maps:
+            area = (label == k) & (regions.share == 1.0) & ~each.edges
+            own = _cut_where_reached(regions, each, area)
+            ground = _ground(shown, area, own, k in at_border, noise)
             if ground is None:
                 continue
             ground = replace(ground, is_jpeg=is_jpeg)
             if ground.noise < SOFTNESS.ringing:
-                ground = ground.reaching(~is_pure & ~each)
+                ground = ground.reaching(~is_pure & ~each.edges)
             if before is None or not ground.looks_like(before):
                 yield ground
             before = ground
@@ -183,16 +185,45 @@ def _near_edges(label: NDArray[np.int32]) -> Mask:
     return ndimage.binary_dilation(edge, iterations=6) & ~ndimage.binary_dilation(edge, iterations=2)
 
 
-def _ground(
-    levels: Floats, area: Mask, edges: Mask, pieces: NDArray[np.int32], is_outer: bool, noise_min: float
-) -> TracedGround | None:
+@dataclass(frozen=True, eq=False)
+class _Map:
+    """The ``pieces`` [h, w] of a picture, and its sharp ``edges`` [h, w]."""
+
+    pieces: NDArray[np.int32]
+    edges: Mask
+
+    def reached(self, own: NDArray[np.int32]) -> Mask:
+        """Return which pieces a ground of its ``own`` reaches [P]: it mostly meets them without an edge."""
+        first, second, is_edge = self._borders
+        count = int(self.pieces.max()) + 1
+        soft = np.zeros(count, np.bool_)
+        soft[own] = True
+        while True:
+            meets = soft[first] & ~soft[second]
+            all_met, sharp = (np.bincount(second[meets], weight[meets], count) for weight in (self._ones, is_edge))
+            more = (all_met > 0) & (sharp < SOFTNESS.reached_share * all_met)
+            if not more.any():
+                return soft
+            soft |= more
+
+    @cached_property
+    def _borders(self) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
+        return borders(self.pieces, ndimage.binary_dilation(self.edges, np.ones((3, 3))))
+
+    @cached_property
+    def _ones(self) -> Floats:
+        return np.ones(len(self._borders[0]))
+
+
+def _ground(levels: Floats, area: Mask, around: _Map, is_outer: bool, noise_min: float) -> TracedGround | None:
     """Return an ``area`` [h, w] of one region as the ground; None if it has not one colour or gradient."""
     if area.sum() < SOFTNESS.zone_area:
         return None
     found = _flat(levels, area) or _graded(levels, area)
     if found is None and not is_outer:
         return None
-    soft = _reached(pieces, np.unique(pieces[area]), edges)
+    pieces = around.pieces
+    soft = around.reached(np.unique(pieces[area]))
     soft[0] = True  # pixels of no piece
     is_soft = soft[pieces]
     region = np.ones_like(area) if is_outer else with_filled_holes(is_soft)
@@ -207,31 +238,16 @@ def _ground(
     return ground.after(levels)
 
 
-def _cut_where_reached(regions: Regions, pieces: NDArray[np.int32], area: Mask, edges: Mask) -> NDArray[np.int32]:
-    """Return the ``pieces`` [h, w], those cut at ``edges`` [h, w] that a ground in an ``area`` [h, w] reaches.
+def _cut_where_reached(regions: Regions, around: _Map, area: Mask) -> _Map:
+    """Return the map with the pieces cut at its edges that a ground in an ``area`` [h, w] reaches.
 
     A tracing takes soft light for more of a shape of nearly its colour, and so ends the shape where there is no edge.
     """
-    own = np.unique(pieces[area])
-    soft = _reached(pieces, own, edges)
+    own = np.unique(around.pieces[area])
+    soft = around.reached(own)
     soft[own] = False
-    inner = edges & soft[pieces]
-    return _pieces(regions, inner) if inner.any() else pieces
-
-
-def _reached(pieces: NDArray[np.int32], own: NDArray[np.int32], edges: Mask) -> Mask:
-    """Return which ``pieces`` [h, w] a ground of its ``own`` reaches [P]: it mostly meets them without an edge."""
-    count = int(pieces.max()) + 1
-    first, second, is_edge = borders(pieces, ndimage.binary_dilation(edges, np.ones((3, 3))))
-    soft = np.zeros(count, np.bool_)
-    soft[own] = True
-    while True:
-        meets = soft[first] & ~soft[second]
-        all_met, sharp = (np.bincount(second[meets], weight[meets], count) for weight in (np.ones(len(first)), is_edge))
-        more = (all_met > 0) & (sharp < SOFTNESS.reached_share * all_met)
-        if not more.any():
-            return soft
-        soft |= more
+    inner = around.edges & soft[around.pieces]
+    return replace(around, pieces=_pieces(regions, inner)) if inner.any() else around
 
 
 def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32], NDArray[np.int32], Mask]:
@@ -239,8 +255,10 @@ def borders(pieces: NDArray[np.int32], marked: Mask) -> tuple[NDArray[np.int32],
 
     ``pieces`` and ``marked`` are maps [h, w].
     """
-    _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
-    whole, pairs = pieces[y, x], []
+    whole, pairs = pieces, []
+    if not pieces.all():
+        _, (y, x) = ndimage.distance_transform_edt(pieces == 0, return_indices=True)
+        whole = pieces[y, x]
     for one, two, edge in (
         (whole[1:], whole[:-1], marked[1:] | marked[:-1]),
         (whole[:, 1:], whole[:, :-1], marked[:, 1:] | marked[:, :-1]),

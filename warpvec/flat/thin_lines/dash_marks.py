@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
-from scipy.optimize import brentq
 
 from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.thin_lines import THIN_LINES
@@ -107,6 +106,8 @@ def _round_size(area: float, moment: float) -> tuple[float, float]:
     widest = math.sqrt(4.0 * area / math.pi)  # that of a disk, which is the shortest
     if off(widest) >= 0.0:
         return 0.0, widest
+    from scipy.optimize import brentq  # pictures without dashes need not load it
+
     width = float(brentq(off, 1e-2 * widest, widest))
     return area / width - math.pi * width / 4.0, width
 

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
-from scipy.interpolate import CubicSpline
 
 from warpvec.arrays import Floats, Mask, reached
 from warpvec.flat.constants.lines import LINES
@@ -87,6 +86,8 @@ def _drawn(run: list[Mark], look: Look, paper: Floats) -> DashedLine:
     centers = np.array([mark.center for mark in run])
     places = reached(centers)
     straight = None if is_closed else _straight(centers, lengths)
+    from scipy.interpolate import CubicSpline  # pictures without dashes need not load it
+
     curve = CubicSpline(places, centers, bc_type="periodic" if is_closed else "natural")
     dashes = []
     for k in range(len(run) - is_closed):
