@@ -42,6 +42,7 @@ from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.fit.budget import ANY_FILE
 from warpvec.fit.loop import _Fit
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
 from warpvec.geometry.scene import Scene
@@ -77,6 +78,7 @@ _AFTER = (
 _LAST = (
     Stage("regularization", Regularization, "add_adjoint"),
     Stage("population", Population, "step"),
+    Stage("- opacity_columns", OpacityColumns, "joined", part=True),
 )
 _WITHIN_BINNING = (
     Stage("- bounds", Binning, "_bound", part=True),

@@ -17,6 +17,7 @@ from warpvec.fit.clock import Clock
 from warpvec.fit.loop_state import check_loop
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.node_exchange import NodeExchange
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.path_models import path_model
@@ -141,6 +142,7 @@ class _Fit:
         has_room = can_chain(config, self._target, self._regularization, self._grid is not None)
         sides = (width / 2.0, height / 2.0)
         self._population = Population(first, config, max(sides), self._grid, sides, has_room=has_room)
+        self._columns = OpacityColumns(device)
         self._chain = Chain(config, self._target, self._population, self._regularization)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
@@ -178,7 +180,7 @@ class _Fit:
         self._outlines = None
         chained = self._chain_length()
         if chained:
-            self._loss = self._chain.run(iteration, chained, count)
+            self._loss, chained = self._chain.take(iteration, chained, count)
         else:
             self._policy.look(self._population, iteration + 1, count, self._target.squared_error)
             wants_removal_cost, wants_outlines = self._wants(iteration + 1)
@@ -235,9 +237,7 @@ class _Fit:
         if takes_palette and self._target.has_dropped():  # the palette cannot leave a step out
             self._target.make_room()
             adjoints = self._differentiate(iteration, *wanted)
-        adj_opacity = adjoints.opacity.contiguous()
-        if adjoints.side_opacity is not None:
-            adj_opacity = torch.cat([adj_opacity[:, None], adjoints.side_opacity], 1)
+        adj_opacity = self._columns.joined(adjoints.opacity.contiguous(), adjoints.side_opacity)
         self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
         factor = schedule.lr_factor(iteration, config, self._iteration_count)
         if takes_palette:
@@ -274,7 +274,7 @@ class _Fit:
             while taken < end:
                 chained = min(end - taken, CHAIN_MAX) if self._population.padded is not None else 0
                 if chained:
-                    self._loss = self._chain.run(taken, chained, self._iteration_count)
+                    self._loss, chained = self._chain.take(taken, chained, self._iteration_count)
                 else:
                     self._step(taken, False)
                 taken += max(chained, 1)

@@ -123,8 +123,7 @@ class Population:
             torch.mul(fits, factor, out=self._take_step.factor)
             self._age += fits > 0.0
             self._segment_age += fits > 0.0
-        opacities = adj_opacity if adj_opacity.dim() == 2 else adj_opacity[:, None]
-        adjoints = (adj_segments.contiguous().flatten(1), adj_color, opacities, adj_background[None])
+        adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity, adj_background[None])
         self._take_step(adjoints, not self._fixed_background)
         self._constrain()
         self._copy = None
@@ -162,7 +161,7 @@ class Population:
         If ``step_fits`` or ``fits`` [1], on the device, is -1 and not 1, the step changes nothing, and ``fits`` is -1.
         """
         self._take_step.begin(step_fits, fits)
-        adjoints = (adj_segments.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        adjoints = (adj_segments.flatten(1), adj_color, adj_opacity, adj_background[None])
         self._take_step(adjoints, not self._fixed_background)
 
     @property

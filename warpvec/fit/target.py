@@ -151,6 +151,10 @@ class Target:
         """
         return self._steps[0].take(scene, self._prepared[0][0], after=after, least=self._least)
 
+    def has_chain(self, scene: Scene) -> bool:
+        """Return whether `chained_step` of ``scene`` would be a replay of a graph."""
+        return self._steps[0].has_recorded(scene, self._prepared[0][0])
+
     def outline_step(self, scene: Scene) -> tuple[Adjoints, OutlineStep]:
         """Return the adjoints of `fit_step` with removal costs, and figures along the outlines of ``scene``.
 

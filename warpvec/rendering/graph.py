@@ -85,15 +85,15 @@ class RecordedStep:
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
         # A step with these makes tensors of its own, whose memory a graph would not keep.
-        has_own = scene.strokes is not None or scene.softness is not None or scene.side_opacity is not None
+        has_own = scene.strokes is not None or scene.softness is not None
         has_own = has_own or (scene.gradients is not None and scene.gradients.stops is not None)
         if self.is_paused or not self._record or has_own:
             return _followed(self._renderer.fit_step(*inputs, out=self._out_for(scene)), after)
-        addresses = _addresses(scene, prepared_target)
         recording = self._recording
-        if recording is not None and recording.addresses == addresses and recording.growth == self._renderer.growth:
+        if recording is not None and self.has_recorded(scene, prepared_target):
             self._replay(recording, is_checked=after is None)
             return recording.out
+        addresses = _addresses(scene, prepared_target)
         out = self._out_for(scene)
         if self._counted is not None and self._counted[0] == addresses:
             self._rehearse(inputs, out, addresses, self._counted[1], after)
@@ -102,6 +102,13 @@ class RecordedStep:
             self._renderer.fit_step(*inputs, out=out)
             self._counted = addresses, self._renderer.counts.with_headroom().at_least(least)
         return _followed(out, after)
+
+    def has_recorded(self, scene: Scene, prepared_target: Tensor) -> bool:
+        """Return whether there is a graph of the step of ``scene``, which then reads no count."""
+        recording = self._recording
+        if recording is None or recording.growth != self._renderer.growth:
+            return False
+        return recording.addresses == _addresses(scene, prepared_target)
 
     def within(self, draw: Callable[[], _Drawn]) -> _Drawn:
         """Return what ``draw`` does with the renderer, with the capacity of the recording if there is one.
@@ -214,7 +221,8 @@ def _addresses(scene: Scene, prepared_target: Tensor) -> _Addresses:
     values = (scene.segments, scene.color, scene.opacity, scene.background)
     paints = scene.gradients
     gradients = () if paints is None else (paints.kind, paints.geometry, paints.end_color)
-    tensors = (*values, *gradients, structure.loop_first_segment, structure.path_first_loop, prepared_target)
+    sides = () if scene.side_opacity is None else (scene.side_opacity.value,)
+    tensors = (*values, *gradients, *sides, structure.loop_first_segment, structure.path_first_loop, prepared_target)
     return tuple((tensor.data_ptr(), tensor.shape) for tensor in tensors)
 
 
