@@ -56,6 +56,7 @@ from warpvec.rendering.stages.binning import Binning
 from warpvec.rendering.stages.compositing import Compositing
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
+from warpvec.rendering.tile_renderer import TileRenderer
 from warpvec.watch.watch import Watch
 
 # Steps before the first lap, in which kernels are compiled and loaded, buffers grow and caches fill.
@@ -74,6 +75,7 @@ class Stage(NamedTuple):
 _AFTER = (
     Stage("compositing", Compositing, "run"),
     Stage("compositing_adjoint", Compositing, "adjoint"),
+    Stage("removal_costs", TileRenderer, "_cost_removals"),
 )
 _LAST = (
     Stage("regularization", Regularization, "add_adjoint"),

@@ -265,9 +265,10 @@ class Population:
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
         self.before_use()
-        _, segments = self.live.structure.select(rows)
-        chosen = (segments, rows, rows)
-        self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, chosen, strict=True))
+        rows = rows.nonzero().flatten() if rows.dtype == torch.bool else rows  # once for all that follows
+        structure, segments = self.live.structure.select(rows)
+        own_rows = (segments, rows, rows)
+        self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, own_rows, strict=True))
         self._segment_age = self._segment_age[segments]
         self._age = torch.cat([self._path_age[rows], self._age[-1:]])
         self.serial = self.serial[rows]
@@ -275,7 +276,7 @@ class Population:
             self._palette.keep(rows)
         if self._gradients is not None:
             self._gradients.keep(rows)
-        self._set_live(self.live.select(rows))
+        self._set_live(self.live.select(rows, (structure, segments)))
 
     def remove(self, rows: Tensor) -> None:
         """Remove the paths ``rows`` (indices)."""
