@@ -42,6 +42,7 @@ from warpvec.config.presets import make_config
 from warpvec.errors import InputError
 from warpvec.fit.budget import ANY_FILE
 from warpvec.fit.loop import _Fit
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.population import Population
 from warpvec.fit.regularization import Regularization
 from warpvec.geometry.scene import Scene
@@ -55,6 +56,7 @@ from warpvec.rendering.stages.binning import Binning
 from warpvec.rendering.stages.compositing import Compositing
 from warpvec.rendering.stages.coverage import Coverage
 from warpvec.rendering.stages.flattening import Flattening
+from warpvec.rendering.tile_renderer import TileRenderer
 from warpvec.watch.watch import Watch
 
 # Steps before the first lap, in which kernels are compiled and loaded, buffers grow and caches fill.
@@ -73,10 +75,12 @@ class Stage(NamedTuple):
 _AFTER = (
     Stage("compositing", Compositing, "run"),
     Stage("compositing_adjoint", Compositing, "adjoint"),
+    Stage("removal_costs", TileRenderer, "_cost_removals"),
 )
 _LAST = (
     Stage("regularization", Regularization, "add_adjoint"),
     Stage("population", Population, "step"),
+    Stage("- opacity_columns", OpacityColumns, "joined", part=True),
 )
 _WITHIN_BINNING = (
     Stage("- bounds", Binning, "_bound", part=True),

@@ -16,6 +16,7 @@ from torch import Tensor
 
 from warpvec.fit.parametrization import PLANES
 from warpvec.geometry.scene import Scene
+from warpvec.geometry.side_opacity import SideOpacity
 from warpvec.geometry.structure import Structure
 
 OFF_CANVAS = -64.0
@@ -31,7 +32,7 @@ class Held(NamedTuple):
 
     Attributes:
         scene: N paths with R segments.
-        rows: planes of segments [5, R, 2 M], colours [5, N, 3] and opacities [5, N, 1].
+        rows: planes of segments [5, R, 2 M], colours [5, N, 3] and opacities [5, N, 1 or 3].
         segment_age: [R] int64.
         age: [N + 1 or more] int64, of the paths first, and of the background last.
     """
@@ -81,7 +82,8 @@ class Arena:
             vars(structure).update(self._tables, path_first_segment=first, _last_segment=rows)
         segments = blank(rows, *scene.segments.shape[1:])
         looks = (blank(paths, 3), blank(paths), scene.background, blank(paths, dtype=torch.int64))
-        self.padded = Scene(segments, structure, *looks, scene.transparent)
+        sides = None if scene.side_opacity is None else SideOpacity(blank(paths, 2))
+        self.padded = Scene(segments, structure, *looks, scene.transparent, side_opacity=sides)
 
     @staticmethod
     def of_equal_paths(held: Held, path_room: int) -> Arena:
@@ -105,6 +107,8 @@ class Arena:
         padded.segments[rows:] = OFF_CANVAS
         for name in ("color", "opacity"):
             getattr(padded, name)[:count] = getattr(scene, name)
+        if padded.side_opacity is not None and scene.side_opacity is not None:
+            padded.side_opacity.value[:count] = scene.side_opacity.value
         if padded.background is not scene.background:
             padded.background.copy_(scene.background)
         for own, values in zip(self.rows, held.rows, strict=True):
@@ -114,6 +118,8 @@ class Arena:
         self.counts.fill_(count)
         color, opacity, background = padded.color[:count], padded.opacity[:count], padded.background
         found = replace(scene, segments=padded.segments[:rows], color=color, opacity=opacity, background=background)
+        if padded.side_opacity is not None:
+            found = replace(found, side_opacity=SideOpacity(padded.side_opacity.value[:count]))
         own_rows = zip(self.rows, (rows, count, count), strict=True)
         return Held(found, tuple(values[:, :n] for values, n in own_rows), self.segment_age[:rows], self.age)
 
@@ -137,6 +143,6 @@ class Arena:
 def is_plain(scene: Scene) -> bool:
     """Return whether every path of ``scene`` is one loop of curves with a flat fill."""
     structure = scene.structure
-    groups = (scene.gradients, scene.strokes, scene.forms, scene.softness, scene.side_opacity)
+    groups = (scene.gradients, scene.strokes, scene.forms, scene.softness)
     more = (*groups, structure.is_line, structure.is_open)
     return all(each is None for each in more) and structure.loop_count == structure.path_count

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.path_models import Regularizer
 from warpvec.fit.population import Population
 from warpvec.fit.target import Target
@@ -30,9 +31,23 @@ class Chain:
     def __init__(self, config: FitConfig, target: Target, population: Population, regularizer: Regularizer) -> None:
         self._config, self._target, self._population = config, target, population
         self._regularizer = regularizer
+        self._columns = OpacityColumns(target.device)
+
+    def take(self, first: int, count: int, iteration_count: int) -> tuple[Tensor, int]:
+        """Take up to ``count`` steps from the iteration ``first`` on, of which 0 is the first.
+
+        Without a graph it is one step, for which the host reads counts. Return the last one's loss, and their number.
+        """
+        assert self._population.padded is not None
+        if self._target.has_chain(self._population.padded):
+            return self.run(first, count, iteration_count), count
+        return self._follow_each(first, 1, iteration_count), 1
 
     def run(self, first: int, count: int, iteration_count: int) -> Tensor:
-        """Take ``count`` steps from the iteration ``first`` on, of which 0 is the first; return the last one's loss."""
+        """Take ``count`` steps from the iteration ``first`` on by replays of the graph; return the last one's loss."""
+        return self._follow_each(first, count, iteration_count)
+
+    def _follow_each(self, first: int, count: int, iteration_count: int) -> Tensor:
         iterations = range(first, first + count)
         self._population.begin_chain([schedule.lr_factor(k, self._config, iteration_count) for k in iterations])
         padded = self._population.padded
@@ -45,7 +60,7 @@ class Chain:
         """Add the regularizers to the ``adjoints`` of a drawing, and step the paths."""
         population, target = self._population, self._target
         assert population.padded is not None and target.fits is not None
-        values = (adjoints.segments, adjoints.opacity)
-        self._regularizer.add_adjoint(population.padded, *values, population.counts)
-        found = (adjoints.segments, adjoints.color, adjoints.opacity, adjoints.background)
+        opacity = self._columns.joined(adjoints.opacity, adjoints.side_opacity)
+        self._regularizer.add_adjoint(population.padded, adjoints.segments, opacity, population.counts)
+        found = (adjoints.segments, adjoints.color, opacity, adjoints.background)
         population.chained_step(*found, target.step_fits, target.fits)

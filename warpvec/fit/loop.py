@@ -17,6 +17,7 @@ from warpvec.fit.clock import Clock
 from warpvec.fit.loop_state import check_loop
 from warpvec.fit.min_area import SmallPaths
 from warpvec.fit.node_exchange import NodeExchange
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.palette import START as PALETTE_START
 from warpvec.fit.palette import Palette, with_pure_colors
 from warpvec.fit.path_models import path_model
@@ -130,6 +131,7 @@ class _Fit:
         self._iteration = 0
         self._iteration_count = config.iterations
         self._steps_before = 0  # iterations that the paths' own counts lack
+        self._seen_steps = 0  # of which the host has seen that they changed the paths
         self._loss = torch.zeros(())
         self._outlines: OutlineStep | None = None
         self._followed: Scene | None = None  # by which the target was shifted last
@@ -141,6 +143,7 @@ class _Fit:
         has_room = can_chain(config, self._target, self._regularization, self._grid is not None)
         sides = (width / 2.0, height / 2.0)
         self._population = Population(first, config, max(sides), self._grid, sides, has_room=has_room)
+        self._columns = OpacityColumns(device)
         self._chain = Chain(config, self._target, self._population, self._regularization)
         has_palette = config.palette is not None or config.colors > 0
         self._palette = Palette(config, height * width) if has_palette else None
@@ -178,9 +181,9 @@ class _Fit:
         self._outlines = None
         chained = self._chain_length()
         if chained:
-            self._loss = self._chain.run(iteration, chained, count)
+            self._loss, chained = self._chain.take(iteration, chained, count)
         else:
-            self._policy.look(self._population, iteration + 1, count, self._target.squared_error)
+            self._policy.look(self._population, iteration + 1, count, self._squared_error)
             wants_removal_cost, wants_outlines = self._wants(iteration + 1)
             removal_cost = self._step(iteration, wants_removal_cost, wants_outlines)
         self._iteration += max(chained, 1)
@@ -235,9 +238,7 @@ class _Fit:
         if takes_palette and self._target.has_dropped():  # the palette cannot leave a step out
             self._target.make_room()
             adjoints = self._differentiate(iteration, *wanted)
-        adj_opacity = adjoints.opacity.contiguous()
-        if adjoints.side_opacity is not None:
-            adj_opacity = torch.cat([adj_opacity[:, None], adjoints.side_opacity], 1)
+        adj_opacity = self._columns.joined(adjoints.opacity.contiguous(), adjoints.side_opacity)
         self._regularization.add_adjoint(scene, adjoints.segments, adj_opacity)
         factor = schedule.lr_factor(iteration, config, self._iteration_count)
         if takes_palette:
@@ -250,8 +251,10 @@ class _Fit:
         return adjoints.removal_cost if want_removal_cost else None
 
     def _differentiate(self, iteration: int, want_removal_cost: bool, want_outlines: bool) -> Adjoints:
-        scene = self._population.live
-        if want_outlines:
+        scene, padded = self._population.live, self._population.padded
+        if want_removal_cost and padded is not None and not want_outlines:
+            adjoints = self._target.removal_step(padded, scene)
+        elif want_outlines:
             adjoints, self._outlines = self._target.outline_step(scene)
         else:
             adjoints = self._target.fit_step(scene, want_removal_cost)
@@ -269,15 +272,18 @@ class _Fit:
         if self._target.fits is None:
             return
         end = self._iteration if end is None else end
+        if end <= self._seen_steps:
+            return
         while (taken := self._steps_before + self._population.step_count) < end:
             self._target.make_room()
             while taken < end:
                 chained = min(end - taken, CHAIN_MAX) if self._population.padded is not None else 0
                 if chained:
-                    self._loss = self._chain.run(taken, chained, self._iteration_count)
+                    self._loss, chained = self._chain.take(taken, chained, self._iteration_count)
                 else:
                     self._step(taken, False)
                 taken += max(chained, 1)
+        self._seen_steps = end
 
     # Palette
 
@@ -356,7 +362,7 @@ class _Fit:
         """Shift the target anew for the structural similarity of the present scene, if that is due."""
         if schedule.shifts_target(self._iteration, self._config):
             self._followed = self._population.scene
-            self._target.follow(self._followed, self._config.ssim_weight)
+            self._target.follow(self._followed, self._config.ssim_weight, self._population.padded)
 
     # Population
 
@@ -375,12 +381,14 @@ class _Fit:
             elif isinstance(self._policy, Scaffolding):
                 count = self._budget.wanted_count(self._population.live, float(self._loss), iteration, iterations)
                 self._policy.resize(count, len(self._population))
-        has_changed = self._policy.update(
-            self._population, iteration, iterations, removal_cost, self._target.squared_error
-        )
+        has_changed = self._policy.update(self._population, iteration, iterations, removal_cost, self._squared_error)
         self._gradients.update(self._population, iteration, iterations, has_changed or has_cut)
         if has_changed or has_cut or has_exchanged:
             self._record.remember(float(self._loss), before)
+
+    def _squared_error(self, scene: Scene) -> Tensor:
+        """Return the squared error [h, w] of ``scene``: the present paths, or levels of detail, which have no arena."""
+        return self._target.squared_error(scene, self._population.padded)
 
     def _is_trimming(self, iteration: int) -> bool:
         """Return whether paths that are too many for the file are removed after ``iteration``."""

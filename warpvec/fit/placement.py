@@ -41,7 +41,7 @@ def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -
     """
     weights = _blur(residual.nan_to_num(0.0, 0.0, 0.0).clamp_min_(0.0)).flatten()
     if count > len(weights):
-        pixels = _draw(weights if bool(weights.any()) else torch.ones_like(weights), count, generator)
+        pixels = _draw(weights, count, generator)
     else:
         pixels = _draw_distinct(weights, count, generator)
     pixels = pixels[torch.randperm(count, generator=generator, device=generator.device).to(pixels.device)]
@@ -109,25 +109,25 @@ def _blur(image: Tensor) -> Tensor:
 def _draw_distinct(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
     """Draw distinct indices [count], ascending, distributed as if drawn one by one without replacement."""
     # Repeats in a batch are dropped and drawn again from the rest. That equals drawing one by one, ignoring repeats.
-    taken = torch.zeros_like(weights, dtype=torch.bool)
-    remaining = count
-    while remaining:
-        left = weights.masked_fill(taken, 0.0)
-        if not left.any():
-            left = (~taken).to(weights.dtype)
-        taken[_draw(left, remaining, generator)] = True
-        remaining = count - int(taken.sum())
-    return taken.nonzero().flatten()
+    free = torch.ones_like(weights, dtype=torch.bool)
+    drawn = free[:0].long()
+    while len(drawn) < count:
+        free[_draw(weights.where(free, 0.0), count - len(drawn), generator, free)] = False
+        drawn = (~free).nonzero().flatten()  # the host waits for a GPU here, and in `_draw`
+    return drawn
 
 
-def _draw(weights: Tensor, count: int, generator: torch.Generator) -> Tensor:
+def _draw(weights: Tensor, count: int, generator: torch.Generator, free: Tensor | None = None) -> Tensor:
     """Draw indices [count], with repeats, in proportion to ``weights`` [n]: first the block, then the place in it.
 
-    torch.multinomial would stop at 2^24 categories. Sums are in float64; a weight of 0 is never drawn.
+    torch.multinomial would stop at 2^24 categories. Sums are in float64; a weight of 0 is never drawn. If no weight is
+    left, all indices that are ``free`` [n] are equally likely; None: all.
     """
     blocks = pad(weights, (0, -len(weights) % BLOCK)).view(-1, BLOCK)
     # On CUDA a cumsum of one long row adds in no fixed order.
     block_ends = blocks.sum(1, dtype=torch.float64).cpu().cumsum(0)
+    if not block_ends[-1]:
+        return _draw(torch.ones_like(weights) if free is None else free.to(weights.dtype), count, generator)
     block = _invert(block_ends, _uniform((count,), generator)).to(weights.device)
     place = _invert(blocks[block].cumsum(1, dtype=torch.float64), _uniform((count, 1), generator))
     return block * BLOCK + place[:, 0]

@@ -123,8 +123,7 @@ class Population:
             torch.mul(fits, factor, out=self._take_step.factor)
             self._age += fits > 0.0
             self._segment_age += fits > 0.0
-        opacities = adj_opacity if adj_opacity.dim() == 2 else adj_opacity[:, None]
-        adjoints = (adj_segments.contiguous().flatten(1), adj_color, opacities, adj_background[None])
+        adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity, adj_background[None])
         self._take_step(adjoints, not self._fixed_background)
         self._constrain()
         self._copy = None
@@ -162,7 +161,7 @@ class Population:
         If ``step_fits`` or ``fits`` [1], on the device, is -1 and not 1, the step changes nothing, and ``fits`` is -1.
         """
         self._take_step.begin(step_fits, fits)
-        adjoints = (adj_segments.flatten(1), adj_color, adj_opacity[:, None], adj_background[None])
+        adjoints = (adj_segments.flatten(1), adj_color, adj_opacity, adj_background[None])
         self._take_step(adjoints, not self._fixed_background)
 
     @property
@@ -266,9 +265,10 @@ class Population:
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
         self.before_use()
-        _, segments = self.live.structure.select(rows)
-        chosen = (segments, rows, rows)
-        self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, chosen, strict=True))
+        rows = rows.nonzero().flatten() if rows.dtype == torch.bool else rows  # once for all that follows
+        structure, segments = self.live.structure.select(rows)
+        own_rows = (segments, rows, rows)
+        self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, own_rows, strict=True))
         self._segment_age = self._segment_age[segments]
         self._age = torch.cat([self._path_age[rows], self._age[-1:]])
         self.serial = self.serial[rows]
@@ -276,7 +276,7 @@ class Population:
             self._palette.keep(rows)
         if self._gradients is not None:
             self._gradients.keep(rows)
-        self._set_live(self.live.select(rows))
+        self._set_live(self.live.select(rows, (structure, segments)))
 
     def remove(self, rows: Tensor) -> None:
         """Remove the paths ``rows`` (indices)."""

@@ -11,6 +11,7 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.parametrization import Parametrization, all_opacities
 from warpvec.geometry.scene import Scene
 from warpvec.kernels.adan import BETAS, CLAMPED, EPS, SIGMOID
@@ -38,7 +39,7 @@ class PopulationStep:
         start_warp()
         self._rates = (config.lr_points, config.lr_color, config.lr_opacity)
         self._parameters = parameters
-        self._launch = Launcher(str(device), threads=1)
+        self._launch, self._columns = Launcher(str(device), threads=1), OpacityColumns(str(device))
         self.factor = torch.ones(1, dtype=torch.float64, device=device)
         self.factors = torch.ones(CHAIN_MAX, dtype=torch.float64, device=device)
         self.position = torch.zeros(1, dtype=torch.int32, device=device)
@@ -67,7 +68,7 @@ class PopulationStep:
         self._path_count, self._segment_count, self._ages = len(scene), scene.structure.segment_count, age_arrays
         count = as_warp(counts, wp.int32, whole=True)
         self._settings = [len(scene), count, lanes.vec2(*unit), color_form, *rates, *betas, first_segment, *age_arrays]
-        # Three opacities a path are written to memory of their own, and copied.
+        # Three opacities a path are written to memory of their own, and from there to the scene.
         self._opacities, self._scene = all_opacities(scene), scene
         outputs = (scene.segments.flatten(1), scene.color, self._opacities, scene.background[None])
         self._arrays = [as_warp(values, dtype, whole=True) for values in (*planes, *outputs)]
@@ -85,18 +86,18 @@ class PopulationStep:
     def __call__(self, adjoints: Sequence[Tensor], has_background: bool) -> None:
         """Step the paths, and the background if it is a parameter.
 
-        ``adjoints`` are those of the segments [R, 2 M], colours [N, 3], opacities [N, 1 or 3] and background
-        [1, 3].
+        ``adjoints`` are those of the segments [R, 2 M], colours [N, 3], opacities [N] or [N, 3] and
+        background [1, 3].
         """
         arrays = [_strided(values) for values in adjoints]
         count = self._path_count + has_background
         self._launch(self._kernel, count * self._threads_per_path, [*self._settings, *arrays, *self._arrays])
         if self._scene.side_opacity is not None:
-            self._scene.opacity.copy_(self._opacities[:, 0])
-            self._scene.side_opacity.value.copy_(self._opacities[:, 1:])
+            self._columns.part(self._opacities, self._scene.opacity, self._scene.side_opacity)
 
 
 def _strided(values: Tensor) -> Any:
     """Return ``values`` as a Warp array. Rows may be any stride apart, since adjoints are columns of wider sums."""
+    values = values if values.dim() == 2 else values[:, None]
     dense = values.shape[1] == 1 or values.stride(1) == 1
     return wp.from_torch(values if dense else values.contiguous(), return_ctype=not is_recording())

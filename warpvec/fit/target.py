@@ -25,6 +25,7 @@ from warpvec.rendering.exact import ExactRenderer
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.outline_adjoint import OutlineAdjoint
 from warpvec.rendering.registry import make_renderer
+from warpvec.rendering.stages.compositing import from_tiles
 from warpvec.rendering.stages.pixel_slopes import HitSlopes
 from warpvec.rendering.tile_renderer import Adjoints, TileRenderer, mean_adjoints
 
@@ -83,6 +84,8 @@ class Target:
         self._aims = [pixels for pixels, _ in self._views]
         self._similarities: list[Similarity] = []
         self._is_shiftable = False
+        self._costs: Adjoints | None = None
+        self._tiles: Tensor | None = None
         self._steps = [RecordedStep(self._renderer) for _ in self._views]
         self._least = least_counts(self._renderer.grid.count, config.curves, config.segments)
         self.error_scale = 1.0 / (3 * height * width)
@@ -101,6 +104,24 @@ class Target:
             return self._renderer.mean_fit_step(scene, self._mattes(), want_removal_cost)
         return _mean_adjoints([self._take(view, scene, want_removal_cost) for view in range(len(self._views))])
 
+    def removal_step(self, padded: Scene, live: Scene) -> Adjoints:
+        """Return what `fit_step` does of the paths ``live``, with removal costs, by a graph if there is one.
+
+        They lie in the memory of ``padded``, which has room for more. The next such step overwrites all but the loss.
+        """
+        assert self.fits is not None  # else there is no such memory
+        if self._costs is None or self._costs.segments.shape != padded.segments.shape:
+            kept = self._renderer.make_adjoints(padded)
+            self._costs = replace(kept, removal_cost=torch.empty_like(kept.opacity))
+        prepared = self._prepared[0][0]
+        step = partial(self._renderer.fit_step, padded, prepared, True, self._costs)
+        adjoints = _mean_adjoints([self._steps[0].drawn("costs", padded, prepared, step)])
+        torch.minimum(self.fits, self._renderer.fits, out=self.fits)
+        names = ("color", "opacity", "removal_cost", "side_opacity")
+        values = ((name, getattr(adjoints, name)) for name in names)
+        found = {name: value[: len(live)] for name, value in values if value is not None}
+        return replace(adjoints, segments=adjoints.segments[: live.structure.segment_count], **found)
+
     def _mattes(self) -> list[tuple[Tensor, Tensor]]:
         return [(prepared, matte) for prepared, matte in self._prepared if matte is not None]
 
@@ -110,18 +131,17 @@ class Target:
         assert costs is not None  # they were asked for
         return costs
 
-    def follow(self, scene: Scene, weight: float) -> None:
+    def follow(self, scene: Scene, weight: float, padded: Scene | None = None) -> None:
         """Let adjoints, removal costs and errors of the next steps contain 1 - SSIM of ``scene``.
 
-        Its weight is ``weight`` times the mean squared error; see `warpvec.fit.similarity`. The loss that steps return
-        is still the mean squared error.
+        ``padded`` is memory with the same paths, of which there may be a graph. The term has ``weight`` times the mean
+        squared error; see `warpvec.fit.similarity`. The loss that steps return is still the mean squared error.
         """
         if not self._similarities:
             self._similarities = [Similarity(pixels, self._path_count) for pixels, _ in self._views]
             if not self._is_shiftable:
                 self._make_shiftable()
-        mattes = [scene.background if matte is None else matte for _, matte in self._views]
-        images = self._steps[0].within(lambda: list(self._renderer.render_over(scene, mattes)))
+        images = self._images(scene, padded)
         for view, (image, similarity) in enumerate(zip(images, self._similarities, strict=True)):
             pixels, _ = self._views[view]
             shift = similarity.shift(image, weight * (image - pixels).square().mean())
@@ -150,6 +170,10 @@ class Target:
         A graph contains both, and `fits` is left to ``after``. The next step overwrites the adjoints.
         """
         return self._steps[0].take(scene, self._prepared[0][0], after=after, least=self._least)
+
+    def has_chain(self, scene: Scene) -> bool:
+        """Return whether `chained_step` of ``scene`` would be a replay of a graph."""
+        return self._steps[0].has_recorded(scene, self._prepared[0][0])
 
     def outline_step(self, scene: Scene) -> tuple[Adjoints, OutlineStep]:
         """Return the adjoints of `fit_step` with removal costs, and figures along the outlines of ``scene``.
@@ -300,22 +324,37 @@ class Target:
         """Return dL/d(image) [h, w, 3] of the loss, averaged over the mattes."""
         return torch.stack([2.0 * self.error_scale * self._blurred(each) for each in self._differences(scene)]).mean(0)
 
-    def squared_error(self, scene: Scene) -> Tensor:
+    def squared_error(self, scene: Scene, padded: Scene | None = None) -> Tensor:
         """Return the squared error of ``scene`` in each pixel [h, w], summed over the channels.
 
         With :meth:`follow` it is the square of what the adjoint is proportional to: it tells where the loss can fall.
+        ``padded`` is memory with the same paths, of which there may be a graph.
         """
+        if padded is not None and not self._similarities:
+            return self._renderer.error_of([self._prepared[0][0]], [self._picture(padded).clone()])
         if self.blur is None and not self._similarities:
             views = [(each, scene.background if matte is None else matte) for each, matte in self._prepared]
             return self._steps[0].within(lambda: self._renderer.squared_error(scene, views))
-        return torch.stack([each.square().sum(-1) for each in self._differences(scene)]).mean(0)
+        return torch.stack([each.square().sum(-1) for each in self._differences(scene, padded)]).mean(0)
 
-    def _differences(self, scene: Scene) -> Iterator[Tensor]:
+    def _differences(self, scene: Scene, padded: Scene | None = None) -> Iterator[Tensor]:
         """Yield ``scene``, over each matte if there are any, less what it is compared with [h, w, 3]."""
-        backgrounds = [scene.background if matte is None else matte for _, matte in self._views]
-        images = self._steps[0].within(lambda: list(self._renderer.render_over(scene, backgrounds)))
-        for aim, image in zip(self._aims, images, strict=True):
+        for aim, image in zip(self._aims, self._images(scene, padded), strict=True):
             yield self._blurred(image) - aim
+
+    def _images(self, scene: Scene, padded: Scene | None) -> list[Tensor]:
+        """Return ``scene`` [h, w, 3], over each matte if there are any."""
+        if padded is not None:
+            return [from_tiles(self._picture(padded), self._renderer.grid)]
+        backgrounds = [scene.background if matte is None else matte for _, matte in self._views]
+        return self._steps[0].within(lambda: list(self._renderer.render_over(scene, backgrounds)))
+
+    def _picture(self, padded: Scene) -> Tensor:
+        """Return ``padded`` in tiles, by a graph if there is one; the next picture overwrites it."""
+        if self._tiles is None:
+            self._tiles = self._renderer.make_tiles()
+        draw = partial(self._renderer.draw_tiles, padded, self._tiles)
+        return self._steps[0].drawn("picture", padded, self._prepared[0][0], draw)
 
     def _blurred(self, image: Tensor) -> Tensor:
         return image if self.blur is None else self.blur(image)

@@ -203,9 +203,12 @@ class Scene:
             return self
         return replace(self, segments=self.forms.placed(self.segments, self.structure))
 
-    def select(self, rows: Tensor) -> Scene:
-        """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background."""
-        structure, segments = self.structure.select(rows)
+    def select(self, rows: Tensor, chosen: tuple[Structure, Tensor] | None = None) -> Scene:
+        """Return the paths ``rows`` (indices or a mask [N]), in that order, over the same background.
+
+        ``chosen`` is what `Structure.select` has returned for them, if that is known.
+        """
+        structure, segments = self.structure.select(rows) if chosen is None else chosen
         return self._with_paths(structure, self.segments[segments], lambda tensor: tensor[rows])
 
     def prefix(self, count: int) -> Scene:

@@ -148,9 +148,7 @@ class Structure:
             return self
         is_line, is_open = (None if mask is None else mask.to(device) for mask in (self.is_line, self.is_open))
         arrays = (self.loop_first_segment.to(device), self.path_first_loop.to(device), is_line)
-        moved = Structure(*arrays, self.uniform_count, is_open, check=False)
-        vars(moved)["_last_segment"] = self.segment_count  # it need not be read there
-        return moved
+        return Structure(*arrays, self.uniform_count, is_open, check=False)._of(self.segment_count)
 
     def select(self, rows: Tensor) -> tuple[Structure, Tensor]:
         """Return the structure of the paths ``rows`` (indices or a mask [N]), in that order, and their segments' rows.
@@ -167,7 +165,8 @@ class Structure:
         segment_counts = self.loop_first_segment.diff().long()[loops]
         segments = _ranges(self.loop_first_segment[:-1].long()[loops], segment_counts)
         is_line, is_open = _chosen(self.is_line, segments), _chosen(self.is_open, loops)
-        return Structure(_starts(segment_counts), _starts(loop_counts), is_line, None, is_open, check=False), segments
+        starts = (_starts(segment_counts), _starts(loop_counts))
+        return Structure(*starts, is_line, None, is_open, check=False)._of(len(segments)), segments
 
     def prefix(self, count: int) -> Structure:
         """Return the structure of the first ``count`` paths; equal counts give the same object."""
@@ -189,7 +188,13 @@ class Structure:
         loops = torch.cat([self.path_first_loop, other.path_first_loop[1:] + self.loop_count])
         is_line = _both(self.is_line, other.is_line, (self.segment_count, other.segment_count))
         is_open = _both(self.is_open, other.is_open, (self.loop_count, other.loop_count))
-        return Structure(segments, loops, is_line, None, is_open, check=False)
+        joined = Structure(segments, loops, is_line, None, is_open, check=False)
+        return joined._of(self.segment_count + other.segment_count)
+
+    def _of(self, segment_count: int) -> Structure:
+        """Return this structure, whose number of segments need then not be read from a device."""
+        vars(self)["_last_segment"] = segment_count
+        return self
 
 
 def _check_starts(name: str, first: Tensor) -> None:
@@ -237,4 +242,5 @@ def _ranges(first: Tensor, counts: Tensor) -> Tensor:
     """Return first[0], first[0] + 1, ... for counts[0] entries, then the same for the next (int64)."""
     ends = counts.cumsum(0)
     total = int(ends[-1]) if len(ends) else 0
-    return torch.arange(total, device=first.device) + (first - ends + counts).repeat_interleave(counts)
+    shift = (first - ends + counts).repeat_interleave(counts, output_size=total)
+    return torch.arange(total, device=first.device) + shift

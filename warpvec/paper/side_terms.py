@@ -11,6 +11,7 @@ import warp as wp
 from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.fit.opacity_columns import OpacityColumns
 from warpvec.fit.parametrization import all_opacities
 from warpvec.fit.regularization import bezier_loss, opacity_loss, tip_reach
 from warpvec.geometry.scene import Scene
@@ -30,14 +31,15 @@ class SideTerms:
     Without the projection they are a kernel's, else autograd's.
 
     Attributes:
-        can_record: whether a graph can record them: autograd makes memory of its own, and so do three opacities a path.
+        can_record: whether a graph can record them: autograd makes memory of its own.
     """
 
     def __init__(self, height: int, width: int, config: FitConfig, device: str) -> None:
         self._height, self._width, self._config = height, width, config
         own = paper_settings(config)
         self._is_kernel = own.without_projection
-        self.can_record = self._is_kernel and not own.side_opacities
+        self._columns = OpacityColumns(device)
+        self.can_record = self._is_kernel
         self._launch = Launcher(device, threads=1)
         self._buffers = self._launch.make_buffers()
         weights = tip_reach(own.degree, tip_parameter(own.samples))
@@ -63,12 +65,14 @@ class SideTerms:
         if counts is None:
             counts = torch.full((1,), len(scene), dtype=torch.int32, device=self._reach.device)
         points = view("points", scene.segments, lanes.vec2, -1, 2)
-        inputs = [points, as_warp(all_opacities(scene), lanes.dtype), view("counts", counts, wp.int32)]
+        sides = None if scene.side_opacity is None else scene.side_opacity.value
+        opacities = as_warp(_as_columns(self._columns.joined(scene.opacity, sides)), lanes.dtype)
+        inputs = [points, opacities, view("counts", counts, wp.int32)]
         weights = (config.xing_weight, config.bezier_weight, config.opacity_weight)
         settings = [lanes.vec2(2.0 / self._width, 2.0 / self._height), *map(lanes.dtype, weights)]
         reach = view("reach", self._reach, lanes.dtype)
         outputs = [view("adj_points", adj_segments, lanes.vec2, -1, 2)]
-        outputs.append(as_warp(adj_opacity.view(len(scene), -1) if len(scene) else adj_opacity[:, None], lanes.dtype))
+        outputs.append(as_warp(_as_columns(adj_opacity), lanes.dtype))
         kernel = kernels.make_kernels(lanes).add_side_terms
         self._launch(kernel, len(scene), [*inputs, reach, *settings, *outputs])
 
@@ -79,6 +83,10 @@ class SideTerms:
         gradients = torch.autograd.grad(value, (points, opacity))
         adj_segments += gradients[0].view_as(adj_segments)
         adj_opacity += gradients[1].view_as(adj_opacity)
+
+
+def _as_columns(opacity: Tensor) -> Tensor:
+    return opacity if opacity.dim() == 2 else opacity[:, None]
 
 
 def side_terms(points: Tensor, opacity: Tensor, width: float, height: float, config: FitConfig) -> Tensor:

@@ -43,6 +43,14 @@ class _Recording(NamedTuple):
     limit: Counts  # the capacity of its steps
 
 
+class _Drawing(NamedTuple):
+    """A graph that draws something else than a step, in the memory and with the capacity of a recording of that."""
+
+    graph: Any
+    drawn: Any
+    recording: _Recording
+
+
 class RecordedStep:
     """The fused step of ``renderer``, recorded as a graph when its inputs stay in the same memory.
 
@@ -64,6 +72,7 @@ class RecordedStep:
         self._out: Adjoints | None = None
         self._counted: tuple[_Addresses, Counts] | None = None
         self._recording: _Recording | None = None
+        self._drawings: dict[str, _Drawing] = {}
         self._replays = self._dropped_steps = 0
 
     def take(
@@ -85,15 +94,15 @@ class RecordedStep:
         if want_removal_cost:
             return self._renderer.fit_step(*inputs, want_removal_cost)
         # A step with these makes tensors of its own, whose memory a graph would not keep.
-        has_own = scene.strokes is not None or scene.softness is not None or scene.side_opacity is not None
+        has_own = scene.strokes is not None or scene.softness is not None
         has_own = has_own or (scene.gradients is not None and scene.gradients.stops is not None)
         if self.is_paused or not self._record or has_own:
             return _followed(self._renderer.fit_step(*inputs, out=self._out_for(scene)), after)
-        addresses = _addresses(scene, prepared_target)
         recording = self._recording
-        if recording is not None and recording.addresses == addresses and recording.growth == self._renderer.growth:
+        if recording is not None and self.has_recorded(scene, prepared_target):
             self._replay(recording, is_checked=after is None)
             return recording.out
+        addresses = _addresses(scene, prepared_target)
         out = self._out_for(scene)
         if self._counted is not None and self._counted[0] == addresses:
             self._rehearse(inputs, out, addresses, self._counted[1], after)
@@ -103,24 +112,56 @@ class RecordedStep:
             self._counted = addresses, self._renderer.counts.with_headroom().at_least(least)
         return _followed(out, after)
 
-    def within(self, draw: Callable[[], _Drawn]) -> _Drawn:
+    def has_recorded(self, scene: Scene, prepared_target: Tensor) -> bool:
+        """Return whether there is a graph of the step of ``scene``, which then reads no count."""
+        recording = self._recording
+        if recording is None or recording.growth != self._renderer.growth:
+            return False
+        return recording.addresses == _addresses(scene, prepared_target)
+
+    def within(self, draw: Callable[[], _Drawn], bounded: Callable[[], _Drawn] | None = None) -> _Drawn:
         """Return what ``draw`` does with the renderer, with the capacity of the recording if there is one.
 
         The host then waits once, to look whether that was enough, and not for each count. If not, it draws again.
+        ``bounded`` is another way to do the same, within that capacity alone.
         """
         if self._recording is None or self.is_paused:
             return draw()
         self._renderer.set_capacity(self._recording.limit)
         try:
-            drawn = draw()
+            drawn = (bounded or draw)()
             has_exceeded = self._renderer.has_exceeded
         finally:
             self._renderer.set_capacity(None)
         return draw() if has_exceeded else drawn
 
+    def drawn(self, name: str, scene: Scene, prepared_target: Tensor, draw: Callable[[], _Drawn]) -> _Drawn:
+        """Return what ``draw`` does with ``scene``, by a replay of a graph of that if there is one of its step.
+
+        The host waits once, as in `within`. ``draw`` must be launches of kernels alone, write to memory that stays, and
+        be the same for each ``name``.
+        """
+        if not self.has_recorded(scene, prepared_target):
+            return draw()
+        return self.within(draw, lambda: self._draw_recorded(name, draw))
+
+    def _draw_recorded(self, name: str, draw: Callable[[], _Drawn]) -> _Drawn:
+        recording, found = self._recording, self._drawings.get(name)
+        assert recording is not None
+        if found is not None and found.recording is recording:
+            wp.capture_launch(found.graph)
+            drawn: _Drawn = found.drawn
+            return drawn
+        drawn = draw()
+        if self._renderer.growth == recording.growth:
+            capture = self._captured(draw)
+            self._drawings[name] = _Drawing(capture, drawn, recording)
+        return drawn
+
     def forget(self) -> None:
-        """Drop the recording; the next step reads its counts and cannot be dropped."""
+        """Drop the recordings; the next step reads its counts and cannot be dropped."""
         self._recording = self._counted = None
+        self._drawings.clear()
 
     def _rehearse(
         self,
@@ -160,8 +201,12 @@ class RecordedStep:
 
     def _capture(self, inputs: _Inputs, out: Adjoints, after: Callable[[Adjoints], None] | None) -> Any:
         """Return the graph of a step, and of what is done ``after`` it."""
+        return self._captured(lambda: _followed(self._renderer.fit_step(*inputs, out=out), after))
+
+    def _captured(self, draw: Callable[[], object]) -> Any:
+        """Return the graph of what ``draw`` launches."""
         with whole_arrays(), wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
-            _followed(self._renderer.fit_step(*inputs, out=out), after)
+            draw()
         return capture.graph
 
     def _agrees(self, graph: Any, out: Adjoints, direct: list[Tensor]) -> bool:
@@ -214,7 +259,8 @@ def _addresses(scene: Scene, prepared_target: Tensor) -> _Addresses:
     values = (scene.segments, scene.color, scene.opacity, scene.background)
     paints = scene.gradients
     gradients = () if paints is None else (paints.kind, paints.geometry, paints.end_color)
-    tensors = (*values, *gradients, structure.loop_first_segment, structure.path_first_loop, prepared_target)
+    sides = () if scene.side_opacity is None else (scene.side_opacity.value,)
+    tensors = (*values, *gradients, *sides, structure.loop_first_segment, structure.path_first_loop, prepared_target)
     return tuple((tensor.data_ptr(), tensor.shape) for tensor in tensors)
 
 

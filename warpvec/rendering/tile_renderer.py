@@ -18,8 +18,9 @@ from warpvec.geometry.structure import Structure
 from warpvec.kernels.compositing_adjoint import CANVAS_TERMS
 from warpvec.kernels.constants import COLUMNS, TILE, TRANSMITTANCE_MIN
 from warpvec.kernels.lanes import make_lanes
+from warpvec.kernels.removal_costs import make_kernels as make_cost_kernels
 from warpvec.rendering.capacity import Counts
-from warpvec.rendering.launch import Launcher, start_warp
+from warpvec.rendering.launch import Launcher, as_warp, start_warp
 from warpvec.rendering.stages.binning import Binning, TileGrid
 from warpvec.rendering.stages.compositing import Compositing, Paint, PaintAdjoints, from_tiles, to_tiles
 
@@ -174,11 +175,19 @@ class TileRenderer(ABC):
 
         A view is a prepared target, and its background [3].
         """
+        tiles = self._tiles_over(scene, [background for _, background in views])
+        return self.error_of([target for target, _ in views], tiles)
+
+    def error_of(self, targets: Sequence[Tensor], pictures: Iterable[Tensor]) -> Tensor:
+        """Return the squared error [h, w] of ``pictures`` [tiles, 3, TILE, TILE], which it overwrites.
+
+        It is summed over the channels, as a mean over the pictures, each against one of the prepared ``targets``.
+        """
         total = torch.zeros((self.grid.count, 1, TILE, TILE), dtype=self.dtype, device=self.device)
-        for (target, _), tiles in zip(views, self._tiles_over(scene, [each for _, each in views]), strict=True):
+        for target, tiles in zip(targets, pictures, strict=True):
             squares = tiles.sub_(target[:, :3]).square_()
             total += squares[:, :1].add_(squares[:, 1:2]).add_(squares[:, 2:])
-        return from_tiles(total / len(views), self.grid)[..., 0]
+        return from_tiles(total / len(targets), self.grid)[..., 0]
 
     def _tiles_over(self, scene: Scene, backgrounds: Sequence[Tensor]) -> Iterator[Tensor]:
         """Yield the image over each of the ``backgrounds`` [3] in tiles [tiles, 3, TILE, TILE]."""
@@ -187,8 +196,17 @@ class TileRenderer(ABC):
             yield self._composite((binning, visible, winding, paint.over(background, self._lanes)))
 
     def _composite(self, hits: Hits) -> Tensor:
-        tiles = torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
+        tiles = self.make_tiles()
         self._compositing.run(*hits, tiles)
+        return tiles
+
+    def make_tiles(self) -> Tensor:
+        """Allocate a picture in tiles [tiles, 3, TILE, TILE]."""
+        return torch.empty((self.grid.count, 3, TILE, TILE), dtype=self.dtype, device=self.device)
+
+    def draw_tiles(self, scene: Scene, tiles: Tensor) -> Tensor:
+        """Draw ``scene`` into ``tiles``, from :meth:`make_tiles`, and return them; a graph can record it."""
+        self._compositing.run(*self._cover(scene), tiles)
         return tiles
 
     def adjoint(self, scene: Scene, adj_image: Tensor) -> Adjoints:
@@ -270,7 +288,7 @@ class TileRenderer(ABC):
     ) -> Adjoints:
         """Render, and return the adjoints of the mean squared error, in one pass; with removal costs if wanted.
 
-        If ``out`` is given, the adjoints are written there, and only the removal costs allocate a tensor.
+        If ``out`` is given, the adjoints are written there. Removal costs allocate a tensor if it has none.
         """
         hits = self._cover(scene)
         adjoints = self._paint_step(scene, hits, prepared_target, want_removal_cost, out)
@@ -288,13 +306,23 @@ class TileRenderer(ABC):
         """Return the adjoints of a fused step without those of the outlines."""
         adjoints = self.make_adjoints(scene) if out is None else out
         scale = 1.0 / (3 * self.grid.height * self.grid.width)
-        curvature = torch.empty_like(adjoints.opacity) if want_removal_cost else adjoints.opacity
+        curvature = adjoints.opacity
+        if want_removal_cost:
+            kept = adjoints.removal_cost
+            curvature = torch.empty_like(adjoints.opacity) if kept is None else kept
         into = self._paint_adjoints(adjoints, curvature)
         self._compositing.adjoint(*hits, prepared_target, into, scale, want_removal_cost)
         # The loss without path i, minus the loss: a parabola, as the image is affine in the opacity of one path.
-        o = hits[-1].opacity
-        cost = o * o * curvature * scale - o * into.opacity if want_removal_cost else None
-        return replace(adjoints, removal_cost=cost)
+        if want_removal_cost:
+            self._cost_removals(hits[-1].opacity, into.opacity, scale, curvature)
+        return replace(adjoints, removal_cost=curvature if want_removal_cost else None)
+
+    def _cost_removals(self, opacity: Tensor, adj_opacity: Tensor, scale: float, curvature: Tensor) -> None:
+        """Turn the ``curvature`` [N] of the opacities into removal costs, in place."""
+        lanes = self._lanes
+        arrays = [as_warp(values, lanes.dtype) for values in (opacity, adj_opacity)]
+        outputs = [lanes.dtype(scale), as_warp(curvature, lanes.dtype)]
+        self._launch(make_cost_kernels(lanes).cost_removals, len(curvature), [*arrays, *outputs])
 
     def mean_fit_step(
         self, scene: Scene, views: Sequence[tuple[Tensor, Tensor]], want_removal_cost: bool = False
