@@ -91,7 +91,7 @@ def test_a_logo_becomes_a_file_in_millimetres_for_a_cutter_and_one_for_android(d
     desk.page.locator("#size-width").fill("90")
     desk.page.locator("#size-width").press("Enter")
     desk.page.locator("#purpose").select_option(label="My cutter or laser")
-    assert re.search(r"It is 90 × [\d.]+ mm now", desk.page.inner_text("#purpose-text"))
+    assert re.search(r"It is 90 . [\d.]+ mm now", desk.page.inner_text("#purpose-text"))
     cut = ezdxf.readfile(save_for(desk, "My cutter or laser"))
     assert cut.units == 4 and cut.header["$EXTMAX"][0] == pytest.approx(90.0)
     assert len(cut.modelspace()) > 0
