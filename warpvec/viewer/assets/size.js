@@ -50,11 +50,11 @@ export class SizePanel {
 
   /** The size in words, in the unit of the drawing: "63.5 × 42.33 mm". */
   get text() {
-    return this.textIn(lengthOf(this.app.drawing.width).unit);
+    return this.sizeIn(lengthOf(this.app.drawing.width).unit);
   }
 
   /** Returns the size in words, in a unit. */
-  textIn(unit) {
+  sizeIn(unit) {
     const { drawing } = this.app;
     const width = this.pixels / UNITS[unit];
     return `${[width, (width * drawing.box[3]) / drawing.box[2]].map((side) => formatNumber(side, 2)).join(" × ")} ${unit}`;
