@@ -76,6 +76,7 @@ def main(pictures: tuple[Path, ...], formats: str) -> None:
             facts = page.draw(path)
             found = [compared(path, facts, kind, Path(folder)) for kind in kinds]
             rows.append([path.name, facts["mode"], facts["paths"], f"{page.first:.2f}", *found])
+            click.echo(" ".join(map(str, rows[-1])), err=True)
     print(markdown_table(["picture", "mode", "paths", "first frame, CPU s", *kinds], rows))
 
 

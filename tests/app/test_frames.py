@@ -79,6 +79,13 @@ def test_the_first_frame_comes_before_the_first_fit_unless_there_is_a_drawing(st
     assert (kinds.index("frame") > kinds.index("iteration")) == start
 
 
+def test_a_picture_of_two_colours_is_shown_before_its_kind_is_chosen() -> None:
+    kinds = list[str]()
+    job = FitJob(1, png_bytes(to_8_bits((picture() < 0.5).astype(np.float32))), "disc", FitSettings({}))
+    run_job(job, lambda kind, facts: kinds.append(kind), Watch(lambda progress: None), 1)
+    assert kinds[:2] == ["frame", "mode"]
+
+
 def test_a_stage_takes_as_long_as_it_did() -> None:
     seconds = iter([0.0, 7.0, 7.0, 8.0, 8.0])
     times = StageTimes(lambda: next(seconds))

@@ -84,6 +84,35 @@ def test_a_removed_picture_comes_back_by_undo_with_its_edits_also_after_a_reload
     desk.close()
 
 
+def test_a_duplicated_tab_has_a_page_of_its_own_that_begins_with_what_the_other_has(
+    browser: Any, quick_server: QuickServer, tmp_path: Path
+) -> None:
+    desk = drawn_logo(browser, quick_server, tmp_path)
+    page = desk.page
+    page.evaluate(RECOLOUR, [GREEN, ORANGE])
+    recoloured = text_of(desk)
+    page.wait_for_function("() => desk.isKept()")
+    with page.expect_popup() as opened:
+        page.evaluate("() => void open(location.href)")  # it gets the storage of the tab, as a duplicated one does
+    other = DeskPage.of(opened.value, desk)
+    wait_for_text(other, recoloured)
+    other.page.evaluate(RECOLOUR, [ORANGE, "#101010"])
+    with other.fitting():
+        other.page.locator("#set-cutout").click()  # the server gets the picture for this page, too
+    changed = text_of(other)
+    reload(desk)
+    wait_for_text(desk, recoloured)
+    reload(other)
+    wait_for_text(other, changed)
+    other.page.locator("#pictures button:not(.open)").click()
+    other.page.locator("#removal-yes").click()
+    other.page.wait_for_selector("#empty:not([hidden])")
+    with desk.fitting():
+        page.locator("#set-cutout").click()
+    other.close()
+    desk.close()
+
+
 def test_a_page_goes_on_after_a_reload_and_a_new_start_of_the_server(browser: Any, tmp_path: Path) -> None:
     server = DeskServer(tmp_path)
     desk = DeskPage(browser, server, tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +90,8 @@ def test_a_logo_becomes_a_file_in_millimetres_for_a_cutter_and_one_for_android(d
     desk.page.locator("#size-unit").select_option("mm")
     desk.page.locator("#size-width").fill("90")
     desk.page.locator("#size-width").press("Enter")
+    desk.page.locator("#purpose").select_option(label="My cutter or laser")
+    assert re.search(r"It is 90 . [\d.]+ mm now", desk.page.inner_text("#purpose-text"))
     cut = ezdxf.readfile(save_for(desk, "My cutter or laser"))
     assert cut.units == 4 and cut.header["$EXTMAX"][0] == pytest.approx(90.0)
     assert len(cut.modelspace()) > 0
@@ -299,7 +302,7 @@ def test_a_scan_loses_its_paper_and_becomes_a_pdf(desk: DeskPage, tmp_path: Path
 
 @pytest.mark.parametrize(("label", "button", "start"), [
     ("My cutter or laser", "Save DXF", b"  0\nSECTION"),
-    ("An Android app", "Save xml", b"<vector xmlns:android"),
+    ("An Android app", "Save XML", b"<vector xmlns:android"),
     ("Cricut", "Save SVG", b"<?xml"),
 ])  # fmt: skip
 def test_a_file_is_saved_for_what_it_is_for(

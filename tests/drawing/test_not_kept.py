@@ -30,6 +30,12 @@ def test_what_settings_cost_is_said() -> None:
     assert not_kept(replace(photo.drawing, start_psnr=20.0)) == {}  # it was refined
 
 
+def test_a_grid_that_is_not_kept_is_said() -> None:
+    kept, lost = (warpvec.vectorize(RAMP, mode="flat", grid=16, purpose=use, **QUICK) for use in ("web", "plain"))
+    assert (kept.metrics["grid"], kept.metrics["not_kept"]) == (16, {})
+    assert lost.metrics["not_kept"] == {"grid": "the grid of 16 units (the file is in pixels)"}
+
+
 def test_what_was_removed_is_said() -> None:
     drawing = warpvec.vectorize(RAMP, mode="flat", **QUICK).drawing
     encoding = replace(drawing.encoding, picture=replace(drawing.encoding.picture, is_restored=True))

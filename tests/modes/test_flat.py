@@ -349,6 +349,12 @@ def test_a_short_file_is_in_the_units_of_a_given_grid() -> None:
     assert "<title" not in text
 
 
+def test_parts_that_are_cut_out_are_in_the_units_of_a_given_grid() -> None:
+    result = warpvec.vectorize(icon(8), threads=1, grid=24, cutout=True)
+    assert 'viewBox="0 0 24 24"' in result.svg() and 'd="M2 5a3 3 0 0 1 3-3h14a3 3 0 0 1 3 3' in result.svg()
+    assert result.metrics["psnr"] > 44.0
+
+
 def test_without_a_grid_the_file_is_in_pixels() -> None:
     result = warpvec.vectorize(icon(6), threads=1, grid="off")
     assert 'viewBox="0 0 144 144"' in result.svg() and "grid" not in result.metrics

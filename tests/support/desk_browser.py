@@ -87,9 +87,22 @@ class DeskPage:
     """A tab with the page, which records its errors and its requests to other hosts."""
 
     def __init__(self, browser: Any, server: DeskServer, folder: Path, **options: Any) -> None:
-        self.server, self.folder = server, folder
         viewport = {"width": 1280, "height": 850}
-        self.page = browser.new_page(**{"viewport": viewport, "accept_downloads": True, **options})
+        self._watch(browser.new_page(**{"viewport": viewport, "accept_downloads": True, **options}), server, folder)
+        self.page.goto(server.url)
+        self.page.wait_for_selector("body[data-desk]")
+
+    @classmethod
+    def of(cls, page: Any, other: DeskPage) -> DeskPage:
+        """Return a tab that was opened by the page of ``other``."""
+        desk = cls.__new__(cls)
+        desk._watch(page, other.server, other.folder)
+        desk.page.reload()  # so that it notes all
+        desk.page.wait_for_selector("body[data-desk]")
+        return desk
+
+    def _watch(self, page: Any, server: DeskServer, folder: Path) -> None:
+        self.page, self.server, self.folder = page, server, folder
         self.page.set_default_timeout(1000 * limit(WAIT_SECONDS))
         self.complaints: list[str] = []
         self.page.on("console", self._note_message)
@@ -98,8 +111,6 @@ class DeskPage:
         self.dialogs: list[str] = []
         self.page.on("dialog", self._accept)
         self.page.add_init_script(NOTE_STATUS)
-        self.page.goto(server.url)
-        self.page.wait_for_selector("body[data-desk]")
 
     def _note_message(self, message: Any) -> None:
         """Keep errors. Hints of the browser about its own speed come and go with the machine."""

@@ -73,20 +73,20 @@ def run_job(
     """
     pixels, unread, _ = read_picture(job.data, name="picture")
     given = pixels
-    mode, reason, known = job.settings.mode, None, None
+    mode, reason, known, best = job.settings.mode, None, None, None
     if mode == "auto":
         known = Restoration.of(_request(job, pixels, job.settings.config("flat"), watch))
+        palette = None if known.condition is None else known.condition.palette
+        if job.start is None and job.erased is None and palette is not None and palette.has_two_levels:
+            best = _rough(job, pixels, "flat", report, watch, threads)  # choosing between its kinds takes seconds
         mode, reason, _ = chosen_mode(known.request.picture.sharp_copy, known.given.settings, known.condition)
     height, width = pixels.shape[:2]
     report("mode", {"mode": mode, "reason": reason, "width": width, "height": height})
     hole = None if job.erased is None else hole_of(pixels, job.erased)
     if hole is not None:
         pixels = erase(pixels, hole)
-    best = None
-    if mode != "photo" and not (job.start is not None and (job.cuts or job.keeps_paths)):
-        best = Best.rough(pixels, reduce_image(pixels, job.settings.config(mode).fit_size), threads)
-        if job.start is None and watch.on_progress is not None:
-            report("frame", {**best.facts(), "iteration": 0, "iterations": 0, "seconds": watch.seconds(), "left": None})
+    if best is None and mode != "photo" and not (job.start is not None and (job.cuts or job.keeps_paths)):
+        best = _rough(job, pixels, mode, report, watch, threads)
     _show_frames(watch, FrameWriter(width, height, partial(report, "frame"), best))
     if job.start is not None and job.cuts:
         return _cut_facts(job, given, watch)
@@ -111,6 +111,21 @@ def run_job(
     if unread and facts["not_kept"] is not None:
         facts["not_kept"].insert(0, unread)
     return facts
+
+
+def _rough(
+    job: FitJob,
+    pixels: NDArray[np.float32],
+    mode: str,
+    report: Callable[[str, dict[str, Any]], None],
+    watch: Watch,
+    threads: int | None,
+) -> Best:
+    """Return the rough drawing of ``pixels``, and report it as a frame if the job begins with no drawing."""
+    best = Best.rough(pixels, reduce_image(pixels, job.settings.config(mode).fit_size), threads)
+    if job.start is None and watch.on_progress is not None:
+        report("frame", {**best.facts(), "iteration": 0, "iterations": 0, "seconds": watch.seconds(), "left": None})
+    return best
 
 
 def _show_frames(watch: Watch, writer: FrameWriter) -> None:

@@ -124,9 +124,17 @@ def _size(drawing: Drawing) -> str | None:
     )
 
 
+def _grid(drawing: Drawing) -> str | None:
+    encoding = drawing.encoding
+    wanted, pixels = encoding.settings.grid, max(encoding.picture.reduced_size)
+    if wanted in ("auto", "off", str(pixels)) or encoding.grid:
+        return None
+    return f"the grid of {wanted} units (the file is in pixels)"
+
+
 _KINDS: dict[str, Callable[[Drawing], str | None]] = {
     "text": _text, "areas": _areas, "colors": _colors, "shades": _shades, "texture": _texture, "noise": _noise,
     "light": _light, "specks": _specks, "thin_lines": _thin_lines, "translucency": _translucency,
-    "softness": _softness, "size": _size,
+    "softness": _softness, "size": _size, "grid": _grid,
 }  # fmt: skip
 """Name of what may be lost -> function that says so in words. People are told in this order."""

@@ -158,10 +158,12 @@ def _check_grid(grid: str, size: tuple[int, int]) -> None:
 def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, int]) -> Drawing:
     """Return the drawing of ``scene``, in pixels of the reduced picture, in layers and, if asked, without overlaps."""
     encoding, left_out = request.encoding.of_drawing(), dict(left_out)
-    if request.settings.cutout:
+    settings = replace(request.settings, detail=detail)
+    if settings.cutout:
+        if settings.grid not in (AUTO, OFF):  # before the parts are cut, which meet at ticks of the file
+            encoding = encoding.on_grid(int(settings.grid))
         scene, more = without_overlaps(scene, encoding, request.watch)
         left_out |= more
-    settings = replace(request.settings, detail=detail)
     # Who asks for colours, or cuts them out of a material each, wants them apart.
     is_by_color = settings.cutout or settings.colors > 0 or settings.palette is not None
     if request.thin_lines is not None:
@@ -169,7 +171,7 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     scene = on_paper(scene, settings.paper)
     scene, names = layered(scene, *encoding.picture.reduced_size, joins_shades=not is_by_color)
     encoding = replace(encoding, settings=settings, layer_names=names, simplify=with_simple_outlines)
-    # Minified files have units of their own if no grid is given, and parts that are cut out meet at ticks of pixels.
+    # Minified files and parts that are cut out are on no grid unless it is given.
     is_in_pixels = settings.cutout or (encoding.is_minified and settings.grid == AUTO)
     side = 0 if is_in_pixels else grid_side(scene, encoding.picture.reduced_size, settings.grid)
     encoding = encoding.on_grid(side) if side else encoding

@@ -236,7 +236,7 @@ export class Desk {
     this.memory.note(this);
     this.making.show();
     const canSave = Boolean(current?.newest);
-    this.saver.showUse();
+    this.saver.showUse(canSave ? this.view.app.panel.size.sizeIn("mm") : null);
     const { kind, purpose } = this.saver.use;
     find("save-for").disabled = !canSave || (!server.isOnline && (kind !== "svg" || Boolean(purpose)));
     for (const button of findAll("[data-format]")) {

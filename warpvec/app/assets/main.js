@@ -11,8 +11,8 @@ async function start(view) {
   document.querySelector("header").after(find("lost"), find("sides"), find("desk"));
   find("stage").append(find("empty"), find("proposal"));
   showSide("make");
-  const page = pageIdentifier();
-  const desk = new Desk(view, page, await Memory.open(page));
+  const identity = await pageIdentifier();
+  const desk = new Desk(view, identity.page, await Memory.open(identity));
   window.desk = {
     fitAgain: (text, locked) => desk.fitAgain(text, locked),
     save: (text) => desk.save(text),

@@ -53,6 +53,7 @@ export class MakePanel {
     const changed = this.desk.panel.put(MACHINES[machine].settings);
     if (changed.length) this.desk.changeSettings(this.desk.panel.positions, changed.includes("mode") ? "mode" : changed[0]);
     this.show();
+    find("make").scrollIntoView(); // what the machine gets may be below the end of the panel
   }
 
   /** Takes back what was said of a drawing that has changed. */

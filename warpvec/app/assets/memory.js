@@ -26,10 +26,12 @@ export class Memory {
     this.records = records;
   }
 
-  /** Reads what is known of a page. The user may have blocked the storage: then nothing is, and nothing will be. */
-  static async open(page) {
+  /** Reads what is known of a page, or of the one that it is a `copy` of. The user may have blocked the storage: then nothing
+   * is, and nothing will be. */
+  static async open({ page, copy }) {
     try {
       const store = await Store.open(page, document.body.dataset.key);
+      if (copy) await store.copyFrom(copy);
       return new Memory(store, await store.read());
     } catch {
       return new Memory(null, new Map());

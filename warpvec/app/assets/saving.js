@@ -31,12 +31,12 @@ export class Saver {
     for (const button of findAll("[data-format]")) button.hidden = !formats.includes(button.dataset.format);
   }
 
-  /** Says what the file is that is chosen. */
-  showUse() {
+  /** Says what the file is that is chosen. Machines make it in its `size`, in millimetres, or null without a drawing. */
+  showUse(size) {
     const { kind, help } = this.use;
-    setText("purpose-text", help);
+    setText("purpose-text", kind === "dxf" && size ? `${help} It is ${size} now.` : help);
     find("save-for").title = help;
-    setText("save-for", `Save ${kind === "jsx" || kind === "xml" ? kind : kind.toUpperCase()}`);
+    setText("save-for", `Save ${kind.toUpperCase()}`);
   }
 
   /** What the file is for that is chosen: {kind, help, purpose}; the purpose of a kind of its own is usual for it. */

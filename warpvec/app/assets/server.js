@@ -7,19 +7,33 @@ const RETRY_MS = 1000;
 // A browser opens six connections to a server, and a stream takes one, so that a seventh page would never load: a page
 // that is hidden gives its stream up after this time.
 const REST_MS = 2000;
+// Time in which a page that is loaded again has been left by the document before.
+const CLAIM_MS = 2000;
 
-/** Identifies this tab, also after it has been loaded again. Another program at this port may have left something else in
- * the storage, which the user may have blocked, too. */
-export function pageIdentifier() {
+/** Identifies this tab, also after it has been loaded again: returns its `page`, and the page that it is a `copy` of, or
+ * null. A tab that is duplicated gets the storage of the other one, whose page is taken then. Another program at this port
+ * may have left something else in the storage, which the user may have blocked, too. */
+export async function pageIdentifier() {
   const made = crypto.randomUUID().replaceAll("-", "");
   try {
     const known = sessionStorage.getItem("page");
-    if (/^[0-9a-f]{32}$/.test(known)) return known;
+    const isKnown = /^[0-9a-f]{32}$/.test(known);
+    if (isKnown && (await claims(known))) return { page: known, copy: null };
     sessionStorage.setItem("page", made);
+    await claims(made);
+    return { page: made, copy: isKnown ? known : null };
   } catch {
-    // Without storage, a page that is loaded again is a new one.
+    return { page: made, copy: null }; // without storage, a page that is loaded again is a new one
   }
-  return made;
+}
+
+/** Takes a page until this tab is closed, and tells whether it could. */
+function claims(page) {
+  const signal = AbortSignal.timeout(CLAIM_MS);
+  return new Promise((resolve) => {
+    const hold = () => new Promise(() => resolve(true));
+    navigator.locks.request(`warpvec page ${page}`, { signal }, hold).catch(() => resolve(!signal.aborted));
+  });
 }
 
 export class Server {

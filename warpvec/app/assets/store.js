@@ -42,6 +42,15 @@ export class Store {
     }
   }
 
+  /** Copies the records of another page. */
+  async copyFrom(page) {
+    const work = this.database.transaction(["pages", "records"], "readwrite");
+    const records = work.objectStore("records");
+    const [keys, values] = await Promise.all([answer(records.getAllKeys(rangeOf(page))), answer(records.getAll(rangeOf(page)))]);
+    keys.forEach(([, name], i) => records.put(values[i], [this.page, name]));
+    work.objectStore("pages").put(Date.now(), this.page);
+  }
+
   /** Returns the bytes of each record by its name; those that another key has encrypted are missing. */
   async read() {
     const records = this.database.transaction("records").objectStore("records");

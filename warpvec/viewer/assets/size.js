@@ -48,10 +48,14 @@ export class SizePanel {
     find("size-unit").value = shown;
   }
 
-  /** Returns the size in words: "63.5 × 42.33 mm". */
+  /** The size in words, in the unit of the drawing: "63.5 × 42.33 mm". */
   get text() {
+    return this.sizeIn(lengthOf(this.app.drawing.width).unit);
+  }
+
+  /** Returns the size in words, in a unit. */
+  sizeIn(unit) {
     const { drawing } = this.app;
-    const { unit } = lengthOf(drawing.width);
     const width = this.pixels / UNITS[unit];
     return `${[width, (width * drawing.box[3]) / drawing.box[2]].map((side) => formatNumber(side, 2)).join(" × ")} ${unit}`;
   }
