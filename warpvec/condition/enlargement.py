@@ -136,6 +136,14 @@ class Lines:
         )
 
     @cached_property
+    def is_stepped(self) -> bool:
+        """Whether most edges are steps from one even run to the next, where an interpolation has a level between."""
+        change = np.abs(np.diff(self.rows, axis=0))
+        is_edge = change[1:-1] >= CONDITION.step_min
+        is_step = is_edge & (np.maximum(change[:-2], change[2:]) <= 1.0)
+        return bool(2 * is_step.sum() > is_edge.sum())
+
+    @cached_property
     def spectrum(self) -> Floats:
         """How much more the changes repeat at each of ``_FREQUENCIES`` than at those beside it."""
         change = np.abs(np.diff(self.rows, 2, axis=0))
@@ -228,7 +236,7 @@ def _may_be_exact(lines: Lines, size: int, kernel: str) -> bool:
 
 def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
     """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
-    names = [NEAREST, *KERNELS] if kernel is None else [kernel]
+    names = [NEAREST, *([] if along.is_stepped or across.is_stepped else KERNELS)] if kernel is None else [kernel]
     if along.is_clean and across.is_clean and not any(_may_be_exact(along, size, each) for each in names):
         return None  # the test of cut-off values is slower, and could not change this
     name = min(names, key=lambda each: along.unexplained(size, each, True)) if kernel is None else kernel

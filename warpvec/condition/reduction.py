@@ -91,9 +91,16 @@ def _patches(levels: Floats) -> Floats:
     for channel in np.moveaxis(levels, 2, 0):
         windows = np.lib.stride_tricks.sliding_window_view(channel, (2 * reach + 1, 2 * reach + 1))
         found.append(windows[_is_steepest(channel)[reach:-reach, reach:-reach]])
-    patches = np.concatenate(found).astype(np.float64)
+    patches = _each_once(np.concatenate(found)).astype(np.float64)
     chosen = np.linspace(0, len(patches) - 1, CONDITION.patches_max).astype(np.int64)
     return patches if len(patches) <= CONDITION.patches_max else patches[chosen]
+
+
+def _each_once(patches: Floats) -> Floats:
+    """Return ``patches`` [N, side, side] without repeats: equal edges of a drawing on whole pixels tell one thing."""
+    levels = np.rint(patches).astype(np.int64).reshape(len(patches), -1)
+    codes = levels @ (1 + np.arange(levels.shape[1], dtype=np.int64)) ** 9  # wraps around
+    return patches[np.sort(np.unique(codes, return_index=True)[1])]
 
 
 def _is_steepest(channel: Floats) -> Mask:
