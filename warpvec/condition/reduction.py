@@ -24,7 +24,7 @@ def find_reduction(levels: Floats) -> str | None:
     fits = fit_edges(patches, REDUCTIONS)
     rest = np.stack([fit.rest for fit in fits.values()])
     is_edge = (rest.min(0) < CONDITION.edge_rest_max) & (fits["lanczos"].step > CONDITION.step_min)
-    if is_edge.sum() < CONDITION.patches_min:
+    if _different_count(patches[is_edge]) < CONDITION.patches_min:
         return None
     kept = np.minimum(rest[:, is_edge], 2.0 * CONDITION.edge_rest_max)
     score = dict(zip(fits, np.sqrt((kept**2).mean(1)).tolist(), strict=True))
@@ -32,6 +32,11 @@ def find_reduction(levels: Floats) -> str | None:
     plain = min(score[name] for name in score if name not in RIMMED)
     is_better = score[best] <= CONDITION.reduction_share_max * plain
     return best if is_better and _most_are_rimmed(dict(zip(fits, kept, strict=True))) else None
+
+
+def _different_count(patches: Floats) -> int:
+    """Return how many of the ``patches`` [N, side, side] differ: equal edges of a drawing on whole pixels tell once."""
+    return len(np.unique(np.rint(patches).reshape(len(patches), patches[0].size), axis=0)) if len(patches) else 0
 
 
 def _most_are_rimmed(kept: dict[str, Floats]) -> bool:
@@ -91,16 +96,9 @@ def _patches(levels: Floats) -> Floats:
     for channel in np.moveaxis(levels, 2, 0):
         windows = np.lib.stride_tricks.sliding_window_view(channel, (2 * reach + 1, 2 * reach + 1))
         found.append(windows[_is_steepest(channel)[reach:-reach, reach:-reach]])
-    patches = _each_once(np.concatenate(found)).astype(np.float64)
+    patches = np.concatenate(found).astype(np.float64)
     chosen = np.linspace(0, len(patches) - 1, CONDITION.patches_max).astype(np.int64)
     return patches if len(patches) <= CONDITION.patches_max else patches[chosen]
-
-
-def _each_once(patches: Floats) -> Floats:
-    """Return ``patches`` [N, side, side] without repeats: equal edges of a drawing on whole pixels tell one thing."""
-    levels = np.rint(patches).astype(np.int64).reshape(len(patches), -1)
-    codes = levels @ (1 + np.arange(levels.shape[1], dtype=np.int64)) ** 9  # wraps around
-    return patches[np.sort(np.unique(codes, return_index=True)[1])]
 
 
 def _is_steepest(channel: Floats) -> Mask:

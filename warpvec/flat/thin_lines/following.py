@@ -107,7 +107,7 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
     start, slope = piece.start, piece.slope
     clean = np.arange(piece.first, piece.last + 1)
     for _ in range(3):
-        profile = _profile(residual, ink, start, slope)
+        profile = profile_of(residual, ink, start, slope)
         look = np.median(profile.total[clean], 0)
         size = float(np.linalg.norm(look))
         if size * np.sqrt(3.0) < THIN_LINES.contrast_min:
@@ -133,7 +133,7 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
     return _ended(start, slope, profile, rows, clean, share, is_level)
 
 
-def _profile(residual: Floats, ink: Floats, start: float, slope: float) -> _Profile:
+def profile_of(residual: Floats, ink: Floats, start: float, slope: float) -> _Profile:
     """Return the ink in each row [h] around a line, as far as one of the largest width reaches."""
     height, width = ink.shape
     y = np.arange(height)
