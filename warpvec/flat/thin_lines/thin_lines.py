@@ -21,8 +21,9 @@ from warpvec.flat.strokes.line_fitting import Rows
 from warpvec.flat.thin_lines.dashes import without_dashes
 from warpvec.flat.thin_lines.dots import without_dots
 from warpvec.flat.thin_lines.following import ThinLine, follow_lines
-from warpvec.flat.thin_lines.grounds import Grounds, Standing, grounds_of, places_of, standing, without_lines
+from warpvec.flat.thin_lines.grounds import Grounds, grounds_of, without_lines
 from warpvec.flat.thin_lines.looks import EqualLines, equal_lines
+from warpvec.flat.thin_lines.standing import Standing, places_of, standing
 from warpvec.geometry.scene import Scene, of_one_color
 from warpvec.geometry.strokes import BUTT
 from warpvec.svg.measure import draw
@@ -129,14 +130,14 @@ def _lines(
     above, known = list[Standing](), list[ThinLine]()
     for each in sorted(papers, key=lambda color: float(np.abs(color - paper).max())):
         is_paper = bool((each == paper).all())
-        lines = [line for line in follow_lines(levels - each) if not _is_on(line, known)]
+        lines = [line for line in follow_lines(levels, each, grounds) if not _is_on(line, known)]
         for equal in equal_lines(lines, each, inks):
             seen = standing(equal, levels, each, grounds)
             if len(seen.places) or not (is_paper or seen.is_hidden):
                 above.append(seen if is_paper else seen._replace(places=places_of(equal, levels, paper, grounds)))
             elif is_paper:
                 (below if seen.is_hidden else free).append(equal)
-            known += equal.lines
+            known += seen.equal.lines
     if not above:
         return _joined(below + free), LinesAbove(scene_of([]), np.zeros((0, 2)))
     joined = _joined(below + free + [seen.equal for seen in above])
