@@ -89,8 +89,10 @@ def follow_lines(levels: Floats, paper: Floats, grounds: Grounds) -> list[ThinLi
     """
     found = []
     for is_level in (False, True):
-        given = (levels, grounds.color, grounds.is_even)
-        part, color, is_even = (np.ascontiguousarray(each.swapaxes(0, 1)) if is_level else each for each in given)
+        part, color, is_even = levels, grounds.color, grounds.is_even
+        if is_level:
+            part, color = (np.ascontiguousarray(each.swapaxes(0, 1)) for each in (part, color))
+            is_even = is_even.T
         residual = part - paper
         is_shape = is_even & (np.abs(color - paper).sum(2) >= THIN_LINES.contrast_min)
         found += _steep_lines(_Part(residual, np.abs(residual).sum(2), part - color, is_even, is_shape), is_level)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.thin_lines.following import ThinLine, profile_of
 from warpvec.flat.thin_lines.grounds import Grounds
@@ -76,8 +76,7 @@ def _with_look(equal: EqualLines, color: Floats, width: float) -> EqualLines:
 
 def _extended(line: ThinLine, levels: Floats, ink: Floats, width: float, grounds: Grounds) -> ThinLine:
     """Return ``line`` with the rows beyond its ends that have its ``ink`` [3], less ``width`` times their ground."""
-    given = (levels, grounds.color, grounds.is_even)
-    part, color, is_even = (each.swapaxes(0, 1) if line.is_level else each for each in given)
+    part, color, is_even = _turned(line, levels, grounds)
     residual, y = part - color, np.arange(len(part))
     x = np.floor(line.start + line.slope * (y + 0.5)).astype(np.int64)
     is_in = (x >= 0) & (x < part.shape[1])
@@ -97,8 +96,7 @@ def _extended(line: ThinLine, levels: Floats, ink: Floats, width: float, grounds
 
 def _rows(line: ThinLine, levels: Floats, paper: Floats, grounds: Grounds) -> _Rows:
     """Return the rows in which ``line`` lies on other grounds than ``paper``."""
-    given = (levels, grounds.color, grounds.is_even)
-    part, color, is_even = (each.swapaxes(0, 1) if line.is_level else each for each in given)
+    part, color, is_even = _turned(line, levels, grounds)
     residual = part - color
     total = profile_of(residual, np.abs(residual).sum(2), line.start, line.slope).total
     y = np.arange(max(int(np.ceil(line.top)), 0), min(int(line.bottom), len(part)))
@@ -111,3 +109,10 @@ def _rows(line: ThinLine, levels: Floats, paper: Floats, grounds: Grounds) -> _R
 def places_of(equal: EqualLines, levels: Floats, paper: Floats, grounds: Grounds) -> Floats:
     """Return x and y [n, 2] in pixels where ``equal`` lines lie on other grounds than ``paper`` [3]."""
     return np.concatenate([_rows(line, levels, paper, grounds).place for line in equal.lines])
+
+
+def _turned(line: ThinLine, levels: Floats, grounds: Grounds) -> tuple[Floats, Floats, Mask]:
+    """Return ``levels``, and the colours and even pixels of ``grounds``, with x and y exchanged for level lines."""
+    if not line.is_level:
+        return levels, grounds.color, grounds.is_even
+    return levels.swapaxes(0, 1), grounds.color.swapaxes(0, 1), grounds.is_even.T

@@ -107,7 +107,7 @@ def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = Tr
     levels, dashed = without_dashes(levels, paper, inks)
     levels, dots = without_dots(levels, papers, inks, dot_count_max)
     grounds = grounds_of(levels) if has_lines else None
-    found, above = [], LinesAbove(scene_of([]), np.zeros((0, 2)))
+    found, above = list[EqualLines](), LinesAbove(scene_of([]), np.zeros((0, 2)))
     if grounds is not None:
         found, above = _lines(levels, papers, paper, inks, grounds)
     if not (found or len(above.scene) or len(dots) or dashed):
