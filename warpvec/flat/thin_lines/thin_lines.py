@@ -74,6 +74,15 @@ class ThinLines(NamedTuple):
     paper: Floats
     ground: Floats32
 
+    def scaled(self, x_factor: float, y_factor: float, ground: Floats32) -> ThinLines:
+        """Return the lines and dots in another copy of the picture, which without them is ``ground`` [h, w, 3].
+
+        The lines of `dashed` stay as they are.
+        """
+        above = LinesAbove(self.above.scene.scaled(x_factor, y_factor), self.above.places * [x_factor, y_factor])
+        strokes, dots = (scene.scaled(x_factor, y_factor) for scene in (self.strokes, self.dots))
+        return self._replace(strokes=strokes, above=above, dots=dots, ground=ground)
+
     def with_scene(self, scene: Scene) -> Scene:
         """Return ``scene``, a drawing of the ground, with the lines below it or within, and the dots above.
 
