@@ -133,3 +133,12 @@ def test_a_dip_that_is_too_shallow_is_known_without_all_sizes_beside_it() -> Non
     found = [lines.dip(size, "bicubic", is_cut=True, most=2.0 * dips[0]) for size in (90, 120)]
     assert found == [dips[0], math.inf] and dips[1] > 2.0 * dips[0]
     assert {size for size, *_ in lines._known if size > 100} < {118, 119, 120, 121, 122}
+
+
+def test_even_cells_on_white_are_no_enlargement() -> None:
+    rng, levels = np.random.default_rng(4), np.full((420, 640), 255.0)
+    for row in range(15):
+        for column in range(24):
+            top, left = 33 + 22 * row, 32 + 22 * column
+            levels[top : top + 20, left : left + 20] = rng.uniform(60.0, 180.0)
+    assert find_enlargement(levels) is None

@@ -40,3 +40,9 @@ def test_clean_and_compressed_pictures_have_no_noise(width: int) -> None:
 def test_texture_is_no_noise() -> None:
     grain = gaussian_filter(np.random.default_rng(1).normal(size=(256, 256)), 1.0)
     assert measure_noise((128.0 + 60.0 * grain)[..., None].repeat(3, 2)) == CLEAN
+
+
+def test_a_grid_of_hairlines_on_white_is_no_noise() -> None:
+    levels = np.full((320, 320, 3), 255.0)
+    levels[::9], levels[:, ::14] = 211.0, 223.0
+    assert measure_noise(levels) == CLEAN

@@ -150,3 +150,12 @@ def test_a_shadow_beside_a_white_card_is_no_rim() -> None:
     levels -= 150.0 * ndimage.gaussian_filter(inside, 4.0)[..., None]
     levels[22:68, 30:80] = 255.0
     assert find_reduction(levels.round()) is None
+
+
+def test_bars_with_a_darker_outline_on_whole_pixels_have_no_rims() -> None:
+    levels = np.full((280, 400, 3), 255.0)
+    for k in range(10):
+        top, left = 12 + 26 * k, 20 + 32 * k
+        for inset, color in enumerate([(156.0, 182.0, 235.0), (74.0, 127.0, 233.0), (91.0, 143.0, 249.0)]):
+            levels[top + inset : top + 18 - inset, left + inset : left + 70 - inset] = color
+    assert find_reduction(levels) is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import warpvec
 from warpvec.svg.measure import draw
@@ -25,6 +26,20 @@ def test_lines_are_one_path_below_a_whole_shape() -> None:
     assert int(is_line.sum()) == 1
     assert scene.select(is_line.nonzero().flatten()).structure.loop_count == 10
     assert len(scene) == 2
+
+
+def test_lines_over_a_shape_lie_above_it_as_strokes_of_their_own_color() -> None:
+    scene = warpvec.vectorize(_picture(DISK + ROWS)).scene
+    assert scene.strokes is not None
+    (line,) = (scene.strokes.width > 0).nonzero().flatten().tolist()
+    assert line == len(scene) - 1
+    assert np.abs(255.0 * scene.color[line].numpy() - [0x33, 0x33, 0x44]).max() < 8.0
+
+
+def test_thin_lines_of_a_picture_larger_than_its_copy_are_at_their_places() -> None:
+    scene = warpvec.vectorize(_picture(ROWS), fit_size=64).scene
+    rows = scene.segments[:, 0, 1].reshape(-1, 2)
+    assert sorted(rows.mean(1).tolist()) == pytest.approx([10.3 + 6.0 * k for k in range(10)], abs=0.05)
 
 
 def test_lines_are_traced_as_before_if_nobody_wants_strokes() -> None:

@@ -136,6 +136,19 @@ class Lines:
         )
 
     @cached_property
+    def has_plain_edges(self) -> bool:
+        """Whether most edges begin at an even run that was not cut off, where a kernel overshoots."""
+        low, high = CONDITION.cut_off
+        begun = plain = 0
+        for rows in (self.rows, self.rows[::-1]):
+            change = np.abs(np.diff(rows, axis=0))
+            is_begin = (change[2:] >= CONDITION.step_min) & (change[1:-1] < CONDITION.step_min)
+            is_begin &= (rows[2:-1] > low) & (rows[2:-1] < high)
+            begun += int(is_begin.sum())
+            plain += int((is_begin & (np.maximum(change[1:-1], change[:-2]) <= 1.0)).sum())
+        return 2 * plain > begun
+
+    @cached_property
     def spectrum(self) -> Floats:
         """How much more the changes repeat at each of ``_FREQUENCIES`` than at those beside it."""
         change = np.abs(np.diff(self.rows, 2, axis=0))
@@ -228,7 +241,9 @@ def _may_be_exact(lines: Lines, size: int, kernel: str) -> bool:
 
 def _checked(along: Lines, across: Lines, size: int, kernel: str | None = None) -> _Candidate | None:
     """Return the enlargement from ``size`` along, if both axes speak for it; by the ``kernel`` that explains most."""
-    names = [NEAREST, *KERNELS] if kernel is None else [kernel]
+    may_overshoot = not (along.has_plain_edges and across.has_plain_edges)
+    kernels = [name for name in KERNELS if may_overshoot or name not in OVERSHOOTING]
+    names = [NEAREST, *kernels] if kernel is None else [kernel]
     if along.is_clean and across.is_clean and not any(_may_be_exact(along, size, each) for each in names):
         return None  # the test of cut-off values is slower, and could not change this
     name = min(names, key=lambda each: along.unexplained(size, each, True)) if kernel is None else kernel

@@ -66,7 +66,7 @@ class _Blocks:
         level = np.where(dark > light, 0.0, 255.0)
         halves = np.sqrt(2.0 * ((blocks - level[:, None, None]) ** 2).mean((1, 2)))
         self.deviation = np.where(is_cut, halves, second)
-        self.memory = np.where(is_cut, 1.0, np.sqrt(steps[0] + steps[1]) / second.clip(1e-6))
+        self.memory = np.sqrt(steps[0] + steps[1]) / second.clip(1e-6)
 
     def noise(self, chosen: Mask) -> float:
         """Return the standard deviation of the noise of the ``chosen`` blocks [count], without that of rounding."""

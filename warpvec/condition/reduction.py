@@ -24,7 +24,7 @@ def find_reduction(levels: Floats) -> str | None:
     fits = fit_edges(patches, REDUCTIONS)
     rest = np.stack([fit.rest for fit in fits.values()])
     is_edge = (rest.min(0) < CONDITION.edge_rest_max) & (fits["lanczos"].step > CONDITION.step_min)
-    if is_edge.sum() < CONDITION.patches_min:
+    if _different_count(patches[is_edge]) < CONDITION.patches_min:
         return None
     kept = np.minimum(rest[:, is_edge], 2.0 * CONDITION.edge_rest_max)
     score = dict(zip(fits, np.sqrt((kept**2).mean(1)).tolist(), strict=True))
@@ -32,6 +32,11 @@ def find_reduction(levels: Floats) -> str | None:
     plain = min(score[name] for name in score if name not in RIMMED)
     is_better = score[best] <= CONDITION.reduction_share_max * plain
     return best if is_better and _most_are_rimmed(dict(zip(fits, kept, strict=True))) else None
+
+
+def _different_count(patches: Floats) -> int:
+    """Return how many of the ``patches`` [N, side, side] differ: equal edges of a drawing on whole pixels tell once."""
+    return len(np.unique(np.rint(patches).reshape(len(patches), patches[0].size), axis=0)) if len(patches) else 0
 
 
 def _most_are_rimmed(kept: dict[str, Floats]) -> bool:

@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 import pytest
+import torch
 
 from warpvec.arrays import Floats, Floats32
-from warpvec.flat.thin_lines.thin_lines import ThinLines, find_thin_lines
+from warpvec.flat.thin_lines.thin_lines import LinesAbove, ThinLines, find_thin_lines
+from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 
 WIDTH, HEIGHT = 160, 120
@@ -96,3 +98,45 @@ def test_hatching_on_a_colored_paper_is_found() -> None:
     assert found is not None
     assert len(_ends(found)) == len(given)
     assert (255.0 * found.paper).round().tolist() == [0x1E, 0x4D, 0x8B]
+
+
+def _rect(x: int, y: int, width: int, height: int, color: str) -> str:
+    return f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="{color}"/>'
+
+
+def test_a_line_over_several_colors_is_one_stroke_whose_color_they_tell() -> None:
+    given = np.array([[[10.0, 15.3 + 20.0 * k], [150.0, 15.3 + 20.0 * k]] for k in range(5)])
+    bars = _rect(30, 8, 30, 104, "#47a") + _rect(90, 8, 40, 104, "#e93")
+    found = find_thin_lines(_picture(bars + _elements(given, 0.8, "#999")), 512)
+    assert found is not None
+    above = found.above.scene
+    assert above.strokes is not None
+    assert _off(above.segments[:, 0].double().numpy().reshape(-1, 2, 2), given).max() < 0.2
+    assert np.abs(255.0 * above.color.numpy() - 0x99).max() < 4.0
+    assert above.strokes.width.tolist() == pytest.approx([0.8] * len(above), abs=0.03)
+    assert 255.0 * np.abs(found.ground - _picture(bars)).max() < 4.0
+
+
+def test_the_lines_of_a_table_with_striped_rows_have_one_look() -> None:
+    stripes = "".join(_rect(16, 10 + 16 * k, 128, 16, "#e8eefc") for k in (1, 3, 5))
+    rows = np.array([[[16.0, 10.5 + 16.0 * k], [144.0, 10.5 + 16.0 * k]] for k in range(7)])
+    columns = np.array([[[16.5 + 32.0 * k, 10.0], [16.5 + 32.0 * k, 106.0]] for k in range(5)])
+    found = find_thin_lines(_picture(stripes + _elements(np.concatenate([rows, columns]), 1.0, "#557")), 512)
+    assert found is not None
+    above = found.above.scene
+    assert above.structure.loop_count == len(rows) + len(columns)
+    assert above.strokes is not None
+    assert set(above.strokes.width.tolist()) == {1.0}
+    assert len({tuple(color) for color in above.color.tolist()}) == 1
+
+
+def test_lines_lie_right_above_the_lowest_shapes_that_show_them() -> None:
+    def shape(left: float, right: float) -> Scene:
+        ends = torch.tensor([[left, 5.0], [right, 5.0], [right, 25.0], [left, 25.0], [left, 5.0]])
+        corners = torch.stack([ends[:-1] + k * ends.diff(dim=0) / 3.0 for k in range(3)], 1).reshape(1, 12, 2)
+        one = torch.ones(1)
+        return Scene.uniform(corners, torch.zeros(1, 3), one, torch.ones(3), torch.zeros(1, dtype=torch.int64))
+
+    below, above, lines = shape(2.0, 20.0), shape(24.0, 38.0), shape(0.0, 40.0)
+    found = LinesAbove(lines, np.array([[10.5, 15.5]])).within(below.joined(above), 30, 40)
+    assert found.segments.tolist() == below.joined(lines).joined(above).segments.tolist()

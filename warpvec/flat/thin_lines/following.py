@@ -8,6 +8,7 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
+from warpvec.flat.thin_lines.grounds import Grounds
 from warpvec.flat.thin_lines.pieces import STEEP_MAX, Piece, fitted, is_bent, straight_pieces
 
 
@@ -58,12 +59,43 @@ class _Profile(NamedTuple):
     beside: Floats
 
 
-def follow_lines(residual: Floats) -> list[ThinLine]:
-    """Return the straight thin lines of a picture by its ``residual`` [h, w, 3], the picture less its paper."""
+class _Part(NamedTuple):
+    """A picture in which steep lines are looked for.
+
+    Attributes:
+        residual: the picture less its paper [h, w, 3].
+        ink: the sum of that over the channels [h, w].
+        local: the picture less the ground of each pixel [h, w, 3].
+        is_even: pixels [h, w] around which there is one ground.
+        is_shape: those [h, w] whose ground is another one than the paper.
+    """
+
+    residual: Floats
+    ink: Floats
+    local: Floats
+    is_even: Mask
+    is_shape: Mask
+
+    def at(self, mask: Mask, start: float, slope: float) -> Mask:
+        """Return a ``mask`` [h, w] in each row [h] on the line x = start + slope * y."""
+        y = np.arange(len(mask))
+        return mask[y, np.floor(start + slope * (y + 0.5)).astype(np.int64).clip(0, mask.shape[1] - 1)]
+
+
+def follow_lines(levels: Floats, paper: Floats, grounds: Grounds) -> list[ThinLine]:
+    """Return the straight thin lines of a picture ``levels`` [h, w, 3] on a ``paper`` [3].
+
+    They go on through pixels of shapes, which say nothing of them.
+    """
     found = []
     for is_level in (False, True):
-        part = np.ascontiguousarray(residual.swapaxes(0, 1)) if is_level else residual
-        found += _steep_lines(part, is_level)
+        part, color, is_even = levels, grounds.color, grounds.is_even
+        if is_level:
+            part, color = (np.ascontiguousarray(each.swapaxes(0, 1)) for each in (part, color))
+            is_even = is_even.T
+        residual = part - paper
+        is_shape = is_even & (np.abs(color - paper).sum(2) >= THIN_LINES.contrast_min)
+        found += _steep_lines(_Part(residual, np.abs(residual).sum(2), part - color, is_even, is_shape), is_level)
     return _each_once(found)
 
 
@@ -83,14 +115,13 @@ def _lies_on(line: ThinLine, other: ThinLine) -> bool:
     return line.is_level != other.is_level and is_diagonal and other.has(x, y)
 
 
-def _steep_lines(residual: Floats, is_level: bool) -> list[ThinLine]:
-    ink = np.abs(residual).sum(2)
-    pieces = sorted(straight_pieces(ink), key=lambda piece: piece.first - piece.last)
+def _steep_lines(part: _Part, is_level: bool) -> list[ThinLine]:
+    pieces = sorted(straight_pieces(part.ink), key=lambda piece: piece.first - piece.last)
     found: list[ThinLine] = []
     for piece in pieces:
         if _is_known(piece, found):
             continue
-        line = _followed(residual, ink, piece, is_level)
+        line = _followed(part, piece, is_level)
         if line is not None:
             found.append(line)
     return found
@@ -102,24 +133,29 @@ def _is_known(piece: Piece, lines: list[ThinLine]) -> bool:
     return any(line.has(piece.start + piece.slope * middle, middle) for line in lines)
 
 
-def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> ThinLine | None:
+def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
     """Return the line that goes on from ``piece`` both ways; None if that is no thin line."""
     start, slope = piece.start, piece.slope
     clean = np.arange(piece.first, piece.last + 1)
     for _ in range(3):
-        profile = _profile(residual, ink, start, slope)
+        profile = profile_of(part.residual, part.ink, start, slope)
+        hides = part.at(part.is_shape, start, slope)
+        clean = clean[~hides[clean]]
+        if not len(clean):
+            return None
         look = np.median(profile.total[clean], 0)
         size = float(np.linalg.norm(look))
         if size * np.sqrt(3.0) < THIN_LINES.contrast_min:
             return None
         share = profile.total @ look / size**2
-        is_there = (share >= THIN_LINES.support_min) | (profile.amount >= np.abs(look).sum())
+        is_there = hides | (share >= THIN_LINES.support_min) | (profile.amount >= np.abs(look).sum())
         first, last = _run(is_there, int(clean[len(clean) // 2]))
         rows = np.arange(first, last + 1)
         off = np.linalg.norm(profile.total[rows] - look, axis=1)
         is_clean = off <= THIN_LINES.clean_difference * size
         is_clean &= np.abs(profile.middle[rows] - start - slope * (rows + 0.5)) < 2.0 * THIN_LINES.straight_max
-        is_open = share[rows] <= THIN_LINES.reach_max
+        is_clean &= ~hides[rows]
+        is_open = ~hides[rows] & (share[rows] <= THIN_LINES.reach_max)
         if is_clean.sum() < max(THIN_LINES.length_min, THIN_LINES.clean_share_min * is_open.sum()):
             return None
         start, slope, bend = fitted((rows + 0.5).astype(np.float64), profile.middle[rows], is_clean)
@@ -130,10 +166,12 @@ def _followed(residual: Floats, ink: Floats, piece: Piece, is_level: bool) -> Th
     is_on_paper = np.mean(profile.beside[clean] <= paper_max) >= 0.5
     if not is_on_paper or is_bent((clean + 0.5).astype(np.float64), bend[is_clean]):
         return None
-    return _ended(start, slope, profile, rows, clean, share, is_level)
+    line = _ended(start, slope, profile, rows, clean, share, is_level)
+    plain = clean[part.at(part.is_even, start, slope)[clean]]
+    return _with_look(line, part, profile, clean, plain)
 
 
-def _profile(residual: Floats, ink: Floats, start: float, slope: float) -> _Profile:
+def profile_of(residual: Floats, ink: Floats, start: float, slope: float) -> _Profile:
     """Return the ink in each row [h] around a line, as far as one of the largest width reaches."""
     height, width = ink.shape
     y = np.arange(height)
@@ -172,7 +210,6 @@ def _ended(
     start: float, slope: float, profile: _Profile, rows: Integers, clean: Integers, share: Floats, is_level: bool
 ) -> ThinLine:
     """Return a line with its ends: part of a pixel has part of the ink, and in larger shapes it goes on for a pixel."""
-    look = np.median(profile.total[clean], 0)
     first, last = max(int(rows[0]), int(clean[0]) - 3), min(int(rows[-1]), int(clean[-1]) + 3)
 
     def part(row: int) -> float:
@@ -186,5 +223,23 @@ def _ended(
 
     top = first - (beyond(first, -1) if first == rows[0] else 0.0)
     bottom = last + 1 + (beyond(last, 1) if last == rows[-1] else 0.0)
-    is_crisp = bool(np.median(profile.most[clean] / np.maximum(profile.amount[clean], 1e-9)) > 0.97)
-    return ThinLine(start, slope, top, bottom, is_level, look, is_crisp)
+    return ThinLine(start, slope, top, bottom, is_level, np.median(profile.total[clean], 0))
+
+
+def _with_look(line: ThinLine, part: _Part, profile: _Profile, clean: Integers, plain: Integers) -> ThinLine:
+    """Return ``line`` with its ink by those of its ``clean`` rows that are ``plain``: those with one ground around it.
+
+    A line between two grounds is known if it fills whole pixels: what is beside them is none of it.
+    """
+    if len(plain) >= THIN_LINES.length_min:
+        return line._replace(ink=np.median(profile.total[plain], 0), is_crisp=_is_crisp(profile, plain))
+    own = profile_of(part.local, np.abs(part.local).sum(2), line.start, line.slope)
+    if not _is_crisp(own, clean):
+        return line
+    x = np.floor(line.start + line.slope * (clean + 0.5)).astype(np.int64).clip(0, part.ink.shape[1] - 1)
+    return line._replace(ink=np.median(part.residual[clean, x], 0), is_crisp=True)
+
+
+def _is_crisp(profile: _Profile, rows: Integers) -> bool:
+    """Return whether a line fills whole pixels in most of the ``rows``, and none beside them."""
+    return bool(np.median(profile.most[rows] / np.maximum(profile.amount[rows], 1e-9)) > 0.97)

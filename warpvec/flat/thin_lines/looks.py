@@ -94,7 +94,7 @@ def _alike(lines: list[ThinLine], looks: list[_Look]) -> list[list[int]]:
         for group in groups:
             first = looks[group[0]]
             is_color = np.abs(looks[k].color - first.color).max() <= THIN_LINES.alike * 255.0
-            if is_color and abs(looks[k].width - first.width) <= THIN_LINES.alike * first.width:
+            if is_color and abs(looks[k].width - first.width) <= THIN_LINES.alike * max(looks[k].width, first.width):
                 group.append(k)
                 break
         else:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import torch
 from scipy import ndimage
 
 from warpvec.arrays import Floats, Floats32, Integers, Mask
@@ -20,8 +21,10 @@ from warpvec.flat.strokes.line_fitting import Rows
 from warpvec.flat.thin_lines.dashes import without_dashes
 from warpvec.flat.thin_lines.dots import without_dots
 from warpvec.flat.thin_lines.following import ThinLine, follow_lines
+from warpvec.flat.thin_lines.grounds import Grounds, grounds_of, without_lines
 from warpvec.flat.thin_lines.looks import EqualLines, equal_lines
-from warpvec.geometry.scene import Scene
+from warpvec.flat.thin_lines.standing import Standing, places_of, standing
+from warpvec.geometry.scene import Scene, of_one_color
 from warpvec.geometry.strokes import BUTT
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
@@ -30,11 +33,34 @@ _END_REACH = 1.5
 """Largest distance in pixels of an end from a line on which it lies."""
 
 
+class LinesAbove(NamedTuple):
+    """Lines that lie on shapes, a path for equal ones of one direction, and x and y [n, 2] where they do."""
+
+    scene: Scene
+    places: Floats
+
+    def within(self, scene: Scene, height: int, width: int) -> Scene:
+        """Return ``scene``, of a picture of this size, with the lines right above the paths that they lie on."""
+        if not len(self.scene) or not len(scene):
+            return scene.joined(self.scene)
+        code = torch.arange(1, len(scene) + 1)
+        color = torch.stack([code // 65536, code // 256 % 256, code % 256], 1).float() / 255.0
+        plain = replace(of_one_color(scene, color), opacity=torch.ones(len(scene)), softness=None)
+        text = write_svg(replace(plain, background=torch.zeros(3), transparent=False), width, height)
+        drawn = draw(text, width, height)
+        x, y = np.floor(self.places).astype(np.int64).T
+        shown = drawn[y, x].astype(np.int64) @ [65536, 256, 1]
+        top = int(shown[shown <= len(scene)].max(initial=0))
+        rows = torch.arange(len(scene))
+        return scene.select(rows[:top]).joined(self.scene).joined(scene.select(rows[top:]))
+
+
 class ThinLines(NamedTuple):
     """The straight thin lines and the dots of a picture.
 
     Attributes:
         strokes: a path for equal lines of one direction, each line a loop of it, and one for each dashed line.
+        above: the lines that lie on shapes, too.
         dots: circles.
         dashed: the dashes of each dashed line.
         paper: the colour [3] that the lines lie on, sRGB-encoded in [0, 1].
@@ -42,17 +68,28 @@ class ThinLines(NamedTuple):
     """
 
     strokes: Scene
+    above: LinesAbove
     dots: Scene
     dashed: list[list[DrawnLine]]
     paper: Floats
     ground: Floats32
 
-    def with_scene(self, scene: Scene) -> Scene:
-        """Return ``scene``, a drawing of the ground, with the lines below it and the dots above.
+    def scaled(self, x_factor: float, y_factor: float, ground: Floats32) -> ThinLines:
+        """Return the lines and dots in another copy of the picture, which without them is ``ground`` [h, w, 3].
 
-        The lines are above it if its canvas is not the paper.
+        The lines of `dashed` stay as they are.
         """
-        return self._with_lines(scene).joined(self.dots)
+        above = LinesAbove(self.above.scene.scaled(x_factor, y_factor), self.above.places * [x_factor, y_factor])
+        strokes, dots = (scene.scaled(x_factor, y_factor) for scene in (self.strokes, self.dots))
+        return self._replace(strokes=strokes, above=above, dots=dots, ground=ground)
+
+    def with_scene(self, scene: Scene) -> Scene:
+        """Return ``scene``, a drawing of the ground, with the lines below it or within, and the dots above.
+
+        The lines that lie on the paper alone are above it if its canvas is not the paper.
+        """
+        height, width = self.ground.shape[:2]
+        return self._with_lines(self.above.within(scene, height, width)).joined(self.dots)
 
     def _with_lines(self, scene: Scene) -> Scene:
         canvas = np.ones(3) if scene.transparent else scene.background.numpy().astype(np.float64)
@@ -78,15 +115,54 @@ def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = Tr
     paper = colors[counts.argmax()]
     levels, dashed = without_dashes(levels, paper, inks)
     levels, dots = without_dots(levels, papers, inks, dot_count_max)
-    found = equal_lines(follow_lines(levels - paper), paper, inks) if has_lines else []
-    if not found and not len(dots) and not dashed:
+    grounds = grounds_of(levels) if has_lines else None
+    found, above = list[EqualLines](), LinesAbove(scene_of([]), np.zeros((0, 2)))
+    if grounds is not None:
+        found, above = _lines(levels, papers, paper, inks, grounds)
+    if not (found or len(above.scene) or len(dots) or dashed):
         return None
-    lines = [[_drawn(line, each) for line in each.lines] for each in _joined(found)]
+    if grounds is not None and len(above.scene):
+        levels = without_lines(levels, _layer(above.scene, levels), grounds)
+    lines = _drawn_lines(found)
     in_ink = [[dash for dash, is_in in zip(*each, strict=True) if is_in] for each in dashed]
     removed = lines + [each for each in in_ink if each]
     ground = _without(levels, paper, scene_of(removed)) if removed else (levels / 255.0).astype(np.float32)
     dashes = [each.dashes for each in dashed]
-    return ThinLines(scene_of(lines + dashes), dots, dashes, paper / 255.0, ground)
+    return ThinLines(scene_of(lines + dashes), above, dots, dashes, paper / 255.0, ground)
+
+
+def _lines(
+    levels: Floats, papers: Floats, paper: Floats, inks: Floats, grounds: Grounds
+) -> tuple[list[EqualLines], LinesAbove]:
+    """Return the equal lines that lie on ``paper`` [3] alone, or below shapes, and those that lie on shapes."""
+    below, free = list[EqualLines](), list[EqualLines]()
+    above, known = list[Standing](), list[ThinLine]()
+    for each in sorted(papers, key=lambda color: float(np.abs(color - paper).max())):
+        is_paper = bool((each == paper).all())
+        lines = [line for line in follow_lines(levels, each, grounds) if not _is_on(line, known)]
+        for equal in equal_lines(lines, each, inks):
+            seen = standing(equal, levels, each, grounds)
+            if len(seen.places) or not (is_paper or seen.is_hidden):
+                above.append(seen if is_paper else seen._replace(places=places_of(equal, levels, paper, grounds)))
+            elif is_paper:
+                (below if seen.is_hidden else free).append(equal)
+            known += seen.equal.lines
+    if not above:
+        return _joined(below + free), LinesAbove(scene_of([]), np.zeros((0, 2)))
+    joined = _joined(below + free + [seen.equal for seen in above])
+    places = np.concatenate([seen.places for seen in above])
+    return joined[: len(below)], LinesAbove(scene_of(_drawn_lines(joined[len(below) :])), places)
+
+
+def _is_on(line: ThinLine, others: list[ThinLine]) -> bool:
+    """Return whether ``line`` lies on one of the ``others`` of its direction."""
+    middle = (line.top + line.bottom) / 2.0
+    x = line.start + line.slope * middle
+    return any(other.is_level == line.is_level and other.has(x, middle) for other in others)
+
+
+def _drawn_lines(found: list[EqualLines]) -> list[list[DrawnLine]]:
+    return [[_drawn(line, each) for line in each.lines] for each in found]
 
 
 def _frequent_colors(levels: Floats) -> tuple[Floats, Integers]:
@@ -132,8 +208,7 @@ def _without(levels: Floats, paper: Floats, strokes: Scene) -> Floats32:
     Where it is paper with lines, the paper stays. Where a shape covers some of that, its share is what the picture
     differs from the paper with lines, over what the shape does. Where a line covers a pixel, its neighbours tell.
     """
-    height, width = levels.shape[:2]
-    layer = draw(write_svg(strokes, width, height), width, height, transparent=True).astype(np.float64)
+    layer = _layer(strokes, levels)
     alpha = layer[..., 3:] / 255.0
     shown = paper + alpha * (layer[..., :3] - paper)
     is_line = alpha[..., 0] > 0.0
@@ -152,6 +227,12 @@ def _without(levels: Floats, paper: Floats, strokes: Scene) -> Floats32:
     result[is_open] = np.where(is_shape[..., None], shape, paper)[is_open]
     result[_left_over(np.abs(result - paper).max(2) > 2.0, is_line)] = paper
     return (result / 255.0).astype(np.float32)
+
+
+def _layer(strokes: Scene, levels: Floats) -> Floats:
+    """Return ``strokes`` as drawn on nothing [h, w, 4], of the size of a picture ``levels`` [h, w, 3]."""
+    height, width = levels.shape[:2]
+    return draw(write_svg(strokes, width, height), width, height, transparent=True).astype(np.float64)
 
 
 def _left_over(is_shape: Mask, is_line: Mask) -> Mask:
