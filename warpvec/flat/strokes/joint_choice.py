@@ -20,6 +20,7 @@ from warpvec.flat.strokes.joints import (
     End,
     Joint,
     Shape,
+    arm_along,
     bridge_of,
     fitting_pairs,
     joint_of,
@@ -42,6 +43,9 @@ ODD = math.radians(LINES.misfit_degrees)
 
 PART = 0.4
 """Length in widths of the part of a line next to its end, as few places as tell a direction."""
+
+BENT_PLACES = 5
+"""Fewest places along an arm that tell how it bends."""
 
 TURNS = (-1.0, -0.5, 0.5, 1.0)
 """Where lines end that turn aside before they cross another, in shares of their distance from the crossing."""
@@ -98,6 +102,7 @@ def chosen_joint(
         stems: branches with a free end.
     """
     near, far = junctions[junction], STROKES.corner_far * shape.width
+    arms = [_even(arm) for arm in arms]
     stems = [each for each in stems if each.junction == junction and np.linalg.norm(each.tip - near) <= far]
     usual = _way(usual_joint(shape, arms, near), arms, STEP_SHARE * shape.width)
     if any(np.linalg.norm(arm.tip - near) > far for arm in arms):
@@ -117,6 +122,16 @@ def _part(arm: Arm, width: float) -> Arm:
     """Return the part of an arm next to its end: a bend of a designer's is an arc between lines."""
     count = int(np.searchsorted(reached(arm.points), PART * width))
     return arm._replace(points=arm.points[: max(2, count)])
+
+
+def _even(arm: Arm) -> Arm:
+    """Return the part of an arm next to its end that bends evenly: not a short line with the arc behind it."""
+    found = arm
+    for count in range(len(arm.points), BENT_PLACES - 1, -1):
+        found, off = arm_along(arm.end, arm.points[:count])
+        if off <= STROKES.center_error_min:
+            break
+    return found
 
 
 def _straight(arm: Arm) -> Arm:

@@ -143,13 +143,19 @@ def _arm(shape: Shape, places: list[Floats], end: End) -> Arm:
     reach = max(LINES.arm_reach * shape.along(end.branch).width, LINES.arm_reach_min)
     part = along <= reach
     part[:2] = True
-    points, along = own[part], along[part]
+    return arm_along(end, own[part])[0]
+
+
+def arm_along(end: End, points: Floats) -> tuple[Arm, float]:
+    """Return the arm of an ``end`` along ``points`` [M, 2], and how far these are from its parabola, in pixels."""
+    along = reached(points)
     terms = np.stack([along, along**2], 1) if len(points) >= 5 else along[:, None]
     found = np.linalg.lstsq(terms, points - points[0], rcond=None)[0]
     speed = max(float(np.linalg.norm(found[0])), 1e-9)
     out = -found[0] / speed
     bend = 2.0 * float(cross(out, found[1])) / speed**2 if len(found) > 1 else 0.0
-    return Arm(end, points, out, bend)
+    off = np.linalg.norm(points - points[0] - terms @ found, axis=1)
+    return Arm(end, points, out, bend), float(off.max())
 
 
 def _turn(a: Floats, b: Floats) -> float:
