@@ -44,6 +44,9 @@ ODD = math.radians(LINES.misfit_degrees)
 PART = 0.4
 """Length in widths of the part of a line next to its end, as few places as tell a direction."""
 
+TURN_SHARE = 0.1
+"""Share of its turn by which a corner is odder: of equal ones that is meant which turns least, as in an arrowhead."""
+
 BENT_PLACES = 5
 """Fewest places along an arm that tell how it bends."""
 
@@ -203,7 +206,7 @@ def _in_corner(
     """Return the way in which a ``pair`` of arms has a corner at a ``place`` [2], which a ``stem`` may have."""
     (a, b), step = pair, STEP_SHARE * shape.width
     between = np.concatenate([_toward(a, place, step), place[None], _toward(b, place, step)[::-1]])
-    odd = ODD + _bend(a, place) + _bend(b, place)
+    odd = ODD + TURN_SHARE * _turn(a, b) + _bend(a, place) + _bend(b, place)
     return _way(joint_of(shape, arms, [(a, b, between)], near), arms, step, odd, stem)
 
 
@@ -215,7 +218,7 @@ def _in_round_corner(
     length = share * min(float(np.linalg.norm(place - arm.tip)) for arm in pair)
     arc = _toward(a._replace(points=(place - length * a.out)[None]), place - length * b.out, step)
     between = np.concatenate([(place - length * a.out)[None], arc, (place - length * b.out)[None]])
-    return _way(joint_of(shape, arms, [(a, b, between)], near), arms, step, ODD)
+    return _way(joint_of(shape, arms, [(a, b, between)], near), arms, step, ODD + TURN_SHARE * _turn(a, b))
 
 
 def _way(joint: Joint, arms: list[Arm], step: float, odd: float = 0.0, corner: int | None = None) -> _Way:
@@ -228,6 +231,11 @@ def _way(joint: Joint, arms: list[Arm], step: float, odd: float = 0.0, corner: i
     singles = [(arm.end, np.concatenate([_toward(arm, points[-1], step), points])) for arm, points in led]
     odd += sum(ODD + _bend(arm, points[-1]) for arm, points in led)
     return _Way(joint._replace(singles=singles), odd, corner)
+
+
+def _turn(a: Arm, b: Arm) -> float:
+    """Return by how many radians a line turns that goes on from one arm into another."""
+    return abs(math.atan2(float(cross(b.out, a.out)), -float(a.out @ b.out)))
 
 
 def _bend(arm: Arm, place: Floats) -> float:
