@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from shapely import LineString, Point, unary_union
@@ -9,7 +11,7 @@ from shapely.geometry.polygon import orient
 
 from warpvec.flat.strokes.center_lines import _miter_tips, center_lines
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks, stroke_width
-from warpvec.flat.strokes.line_fitting import Line, Rows
+from warpvec.flat.strokes.line_fitting import Line, Rows, fit_line
 
 
 def test_a_corner_between_handles_of_no_length_has_no_tip() -> None:
@@ -18,7 +20,7 @@ def test_a_corner_between_handles_of_no_length_has_no_tip() -> None:
     assert _miter_tips(Rows(control, np.zeros(3, bool), is_open=True), 2.0) == []
 
 
-def boundary_of_strokes(*lines: tuple[tuple[float, float], tuple[float, float]]) -> Boundary:
+def boundary_of_strokes(*lines: Sequence[tuple[float, float]]) -> Boundary:
     """Return the outline of round strokes of 20 pixels."""
     shape = unary_union([LineString(each).buffer(10.0, quad_segs=64) for each in lines])
     assert not shape.interiors
@@ -36,7 +38,7 @@ def center_lines_of(boundary: Boundary) -> list[Line]:
     return found.lines
 
 
-def lines_of(*lines: tuple[tuple[float, float], tuple[float, float]]) -> list[np.ndarray]:
+def lines_of(*lines: Sequence[tuple[float, float]]) -> list[np.ndarray]:
     return [line.points for line in center_lines_of(boundary_of_strokes(*lines))]
 
 
@@ -106,3 +108,25 @@ def test_a_circle_goes_on_below_a_bar_that_it_touches() -> None:
     assert np.abs(np.linalg.norm(circle.points - [100, 100], axis=1) - 35.0).max() < 2.0
     (straight,) = [line for line in found if not line.is_closed]
     assert np.linalg.norm(straight.points[[0, -1]] - [[135, 65], [135, 135]], axis=1).min() < 1.0
+
+
+def arc(center: tuple[float, float], first: float, last: float, radius: float = 20.0) -> list[tuple[float, float]]:
+    """Return places on a circle from one angle to another, in degrees from x to y."""
+    angle = np.radians(np.linspace(first, last, 33))
+    return list(zip(center[0] + radius * np.cos(angle), center[1] + radius * np.sin(angle), strict=True))
+
+
+def test_arcs_that_turn_back_meet_in_their_tip() -> None:
+    """A brace: the lines beside its tip seem to meet before it."""
+    brace = [(80.0, 20.0), *arc((60, 80), 0, 90), *arc((60, 120), -90, 0)[1:], (80.0, 180.0)]
+    rows = fit_line(Line(np.array(brace), False), 20.0, 0.35)
+    assert np.linalg.norm(rows.control[:, 0] - [60, 100], axis=1).min() < 1.0
+    assert sum(~rows.is_line) == 2
+
+
+def test_a_line_ends_at_a_round_corner_of_another() -> None:
+    """Its own end hides how round the corner is."""
+    lines = lines_of([(20.0, 60.0), *arc((100, 80), -90, 0), (120.0, 160.0)], ((60, 120), (114, 66)))
+    corner = next(line for line in lines if np.ptp(line[:, 1]) > 80)
+    near = corner[(np.abs(corner - [107, 73]) < 14).all(1)]
+    assert np.abs(np.linalg.norm(near - [100, 80], axis=1) - 20.0).max() < 2.0

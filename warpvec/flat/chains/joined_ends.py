@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from scipy.sparse import csgraph
+from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats, Integers, cross
 from warpvec.flat.chains.chain import Chain
@@ -20,6 +21,9 @@ SHORT = 0.5
 
 SHOWN = 0.75
 """Widths from an end at which a centre line shows where it goes: nearer to it, the other stroke covers its edges."""
+
+SHOWN_MAX = 1.0
+"""Pixels by which an edge may move where ends meet: fits come nearer. The picture refuses more, and all of the line."""
 
 TURN_MIN = 0.1
 """Least sine between centre lines by which it is told where they meet; others meet halfway."""
@@ -57,12 +61,25 @@ def with_met_ends(chains: dict[int, Chain], widths: Floats, looks: Integers) -> 
             place = _place_on_others(alike, widths, ends[first], tips[first], places[first], ways[first])
         else:
             place = _crossing(places[group], ways[group], tips[group].mean(0))
-        if place is not None and (np.linalg.norm(tips[group] - place, axis=1) <= SHORT / REACH * reach[group]).all():
+        if place is None or (np.linalg.norm(tips[group] - place, axis=1) > SHORT / REACH * reach[group]).any():
+            continue
+        new = {ends[k][0]: _with_end(chains[ends[k][0]], ends[k][1], place) for k in group}
+        alike = {loop: chain for loop, chain in chains.items() if looks[loop] == looks[ends[first][0]]}
+        if not _shows(alike, alike | new, np.append(tips[group], place[None], axis=0), widths[ends[first][0]] / 2.0):
             found |= {ends[k]: place for k in group}
     moved = dict(chains)
     for (loop, side), place in found.items():
         moved[loop] = _with_end(moved[loop], side, place)
     return moved
+
+
+def _shows(old: dict[int, Chain], new: dict[int, Chain], places: Floats, half: float) -> bool:
+    """Return whether ``new`` centre lines draw another edge than ``old`` ones at the caps at ``places`` [K, 2]."""
+    angle = np.arange(0.0, 2.0 * np.pi, np.pi / 12.0)
+    around = (places[:, None] + half * np.stack([np.cos(angle), np.sin(angle)], 1)).reshape(-1, 2)
+    trees = [cKDTree(np.concatenate([chain.dense for chain in each.values()])) for each in (old, new)]
+    before, after = (np.maximum(tree.query(around)[0], half) for tree in trees)
+    return bool(np.abs(after - before).max() > SHOWN_MAX)
 
 
 def _shown(chain: Chain, side: int, back: float) -> tuple[Floats, Floats]:

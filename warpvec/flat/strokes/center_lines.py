@@ -23,6 +23,9 @@ from warpvec.geometry.strokes import BUTT, MITER, ROUND
 _CELLS = 10.0
 """Cells of the grid of a skeleton across a stroke."""
 
+_ARM_PLACES = 2
+"""Fewest places of a branch between those next to its ends: two tell its direction."""
+
 _CAP_STEP = 5.0
 """Degrees of a circle that are outline if one point of the outline lies there."""
 
@@ -50,7 +53,7 @@ def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float
     ridges = [(branch[:, ::-1] + 0.5) / scale + origin for branch in graph.branches]
     places = [_snapped(shape, ridge, scale) for ridge in ridges]
     ends, junctions = _merged(places, graph.ends, (graph.junctions[:, ::-1] + 0.5) / scale + origin)
-    places = [_to_junction(own, both, junctions) for own, both in zip(places, ends, strict=True)]
+    places = [_to_junction(_cleared(own, both), both, junctions) for own, both in zip(places, ends, strict=True)]
     kept = [k for k, both in enumerate(ends) if len(places[k]) > 1 and not _is_spur(shape, places[k], both, junctions)]
     if not kept:
         return None
@@ -105,6 +108,13 @@ def _merged(places: list[Floats], ends: list[_Ends], junctions: Floats) -> tuple
     merged = np.array([junctions[owner == k].mean(0) for k in range(merged_count)]).reshape(-1, 2)
     number = [*owner.tolist(), -1]  # the last is that of free ends
     return [None if both is None else (number[both[0]], number[both[1]]) for both in ends], merged
+
+
+def _cleared(places: Floats, ends: tuple[int, int] | None) -> Floats:
+    """Return the places [M, 2] of a branch without those next to junctions: there, disks have grown, and moved off."""
+    if ends is None or len(places) < _ARM_PLACES + 2:
+        return places
+    return places[int(ends[0] >= 0) : len(places) - int(ends[1] >= 0)]
 
 
 def _to_junction(places: Floats, ends: tuple[int, int] | None, junctions: Floats) -> Floats:

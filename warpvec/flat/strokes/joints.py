@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Mask, cross, reached
+from warpvec.arrays import Floats, Mask, cross, dot, reached
 from warpvec.flat.constants.lines import LINES
 from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.inner_disks import Boundary
@@ -36,9 +36,13 @@ class Shape(NamedTuple):
 
     def is_inside(self, places: Floats) -> Mask:
         """Return which ``places`` [K, 2] lie inside."""
+        return self.depth(places) > 0.0
+
+    def depth(self, places: Floats) -> Floats:
+        """Return how deep below the outline next to them ``places`` [K, 2] lie [K], in pixels; negative outside."""
         _, nearest = self.tree.query(places)
         away = places - self.boundary.points[nearest]
-        return (away * self.boundary.inward[nearest]).sum(1) > 0.0
+        return dot(away, self.boundary.inward[nearest])
 
 
 class End(NamedTuple):
@@ -139,13 +143,19 @@ def _arm(shape: Shape, places: list[Floats], end: End) -> Arm:
     reach = max(LINES.arm_reach * shape.along(end.branch).width, LINES.arm_reach_min)
     part = along <= reach
     part[:2] = True
-    points, along = own[part], along[part]
+    return arm_along(end, own[part])[0]
+
+
+def arm_along(end: End, points: Floats) -> tuple[Arm, float]:
+    """Return the arm of an ``end`` along ``points`` [M, 2], and how far these are from its parabola, in pixels."""
+    along = reached(points)
     terms = np.stack([along, along**2], 1) if len(points) >= 5 else along[:, None]
     found = np.linalg.lstsq(terms, points - points[0], rcond=None)[0]
     speed = max(float(np.linalg.norm(found[0])), 1e-9)
     out = -found[0] / speed
     bend = 2.0 * float(cross(out, found[1])) / speed**2 if len(found) > 1 else 0.0
-    return Arm(end, points, out, bend)
+    off = np.linalg.norm(points - points[0] - terms @ found, axis=1)
+    return Arm(end, points, out, bend), float(off.max())
 
 
 def _turn(a: Floats, b: Floats) -> float:
@@ -155,8 +165,11 @@ def _turn(a: Floats, b: Floats) -> float:
 
 def _pairs(arms: list[Arm]) -> list[tuple[Arm, Arm]]:
     """Return the ends that go on into each other, the best first; two ends alone always do."""
-    if len(arms) == 2:
-        return [(arms[0], arms[1])]
+    return [(arms[0], arms[1])] if len(arms) == 2 else fitting_pairs(arms)
+
+
+def fitting_pairs(arms: list[Arm]) -> list[tuple[Arm, Arm]]:
+    """Return the ends to which an arc leads from another, the best first."""
     found = sorted(
         (misfit, i, j)
         for i in range(len(arms))

@@ -232,7 +232,10 @@ def _directions(points: Floats, index: Integers, is_corner: Mask, span: int, is_
 
 
 def _with_exact_corners(points: Floats, corners: Integers, span: int, is_closed: bool) -> Floats:
-    """Return ``points`` with each corner where the lines beside it meet: points at equal steps cut it off."""
+    """Return ``points`` with each corner where the lines beside it meet: points at equal steps cut it off.
+
+    Where they seem to meet before it, both arcs turn back from its place.
+    """
     points = points.copy()
     for k in corners.tolist():
         (a, first), (b, second) = (_leaving(points, k, step, span, is_closed) for step in (-1, 1))
@@ -240,7 +243,7 @@ def _with_exact_corners(points: Floats, corners: Integers, span: int, is_closed:
         if abs(np.linalg.det(matrix)) < STROKES.crossing_min * np.linalg.norm(first) * np.linalg.norm(second):
             continue
         place = a + np.linalg.solve(matrix, b - a)[0] * first
-        if np.linalg.norm(place - points[k]) <= span * STROKES.step:
+        if (place - points[k]) @ (first + second) <= 0.0 and np.linalg.norm(place - points[k]) <= span * STROKES.step:
             points[k] = place
     if is_closed:
         last = len(points) - 1
