@@ -171,8 +171,9 @@ class Launcher:
         chunk_count = -(-item_count // chunk)
         is_shared = min(self.threads, chunk_count) > 1
         thread_count = min(self._choice.count, chunk_count) if is_shared else 1
-        commands = self._commands.setdefault(kernel, [])
-        commands += [_Command(kernel, arguments, self.device) for _ in range(thread_count - len(commands))]
+        is_recorded = bool(_are_whole)
+        commands = self._commands.setdefault((kernel, is_recorded), [])
+        commands += [_Command(kernel, arguments, self.device, is_recorded) for _ in range(thread_count - len(commands))]
         for command in commands:
             command.update(arguments)
         if is_shared:
@@ -205,10 +206,10 @@ class _Command:
     """A recorded launch. Setting the arguments that changed costs a tenth of packing all of them again.
 
     On the CPU the compiled function is called with one structure of arguments that stays: Warp makes a new one for each
-    launch, which takes longer than many kernels run.
+    launch, which takes longer than many kernels run. A launch that a graph records is Warp's.
     """
 
-    def __init__(self, kernel: Any, arguments: list[Any], device: Any) -> None:
+    def __init__(self, kernel: Any, arguments: list[Any], device: Any, is_recorded: bool) -> None:
         inputs = [0, *arguments]
         # One block per tile where a work item is a pixel: sums over a tile need whole warps.
         with making:  # the first launch of a kernel loads its module
@@ -218,7 +219,8 @@ class _Command:
         self._arguments = list(arguments)
         self._range = (0, 1)
         # Several items a block, which only tests of Warp's blocks on the CPU have, are left to Warp.
-        self._packed = _packed(self._launch.params[1:]) if device.is_cpu and self._launch.block_dim == 1 else None
+        is_direct = device.is_cpu and self._launch.block_dim == 1 and not is_recorded
+        self._packed = _packed(self._launch.params[1:]) if is_direct else None
         self._names = () if self._packed is None else tuple(name for name, _ in self._packed._fields_)
         self._bounds: dict[int, Any] = {}
 
