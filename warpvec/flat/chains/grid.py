@@ -24,6 +24,7 @@ from warpvec.flat.chains.solve import Sketch, deviations, radius_slopes, solved
 from warpvec.flat.simplification.outline_samples import segment_loops
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.forms.form import ANGLE, FIRST, SECOND
+from warpvec.geometry.forms.registry import ROUND_RECT
 from warpvec.geometry.scene import Scene
 from warpvec.svg.arcs import are_arcs, own_circles
 
@@ -68,6 +69,10 @@ icons on a grid 100 have more, and of emoji and logos that are said to be on one
 EXACT = 0.02
 """Deviation in pixels of numbers that were put on a grid: of what rounding and solutions leave."""
 
+CORNER_VAGUE = 1.0 / math.sqrt(2.0 - 6.0 / math.pi)
+"""Deviation of the radius of a rectangle's corner over that of a side. A change of the radius moves the outline there
+by so much less: by cos(a) + sin(a) - 1 of it, over the angles of a quarter turn."""
+
 SAME_CIRCLE = 0.05
 """Largest difference in pixels of the centres and radii of arcs that are parts of one: its inner nodes say nothing."""
 
@@ -101,9 +106,9 @@ class Grid(NamedTuple):
         sure = multiples.sum(1) / weighted.sum(1)
         return np.where(sure >= SURE, places[np.arange(len(values)), multiples.argmax(1)], np.nan)
 
-    def put(self, values: Floats) -> Floats:
-        """Return ``values`` [K] with those on the grid that are surely meant to be there."""
-        places = self.held(values)
+    def put(self, values: Floats, vague: Floats | None = None) -> Floats:
+        """Return ``values`` [K] with those on the grid that are surely meant to be there; as `held`."""
+        places = self.held(values, vague)
         return np.where(np.isnan(places), values, places)
 
 
@@ -250,11 +255,14 @@ def on_grid(scene: Scene, grid: Grid, stays: Tensor | None = None) -> Scene:
     if scene.forms is None:
         return scene
     parameters = scene.forms.parameters.clone()
-    for _, form, paths in scene.forms.groups():
+    for kind, form, paths in scene.forms.groups():
         own = parameters[paths].double()
         own = own[is_level := (own[:, ANGLE].abs() * own[:, FIRST : SECOND + 1].amax(1) <= grid.spread) & ~stays[paths]]
         numbers = form.numbers(own)
-        put = torch.from_numpy(grid.put(numbers.numpy().ravel())).reshape(numbers.shape)
+        vague = np.ones(numbers.shape)
+        if kind == ROUND_RECT:
+            vague[:, -1] = CORNER_VAGUE
+        put = torch.from_numpy(grid.put(numbers.numpy().ravel(), vague.ravel())).reshape(numbers.shape)
         parameters[paths[is_level]] = form.parameters(put, torch.zeros(len(own)).double()).to(parameters)
     return scene.with_forms(replace(scene.forms, parameters=parameters))
 
