@@ -19,3 +19,11 @@ def test_opacities_come_apart_as_they_were_joined(dtype: torch.dtype) -> None:
         own, apart = torch.zeros_like(middle), SideOpacity(torch.zeros_like(sides))
         columns.part(joined, own, apart)
         assert torch.equal(own, middle) and torch.equal(apart.value, sides)
+
+
+def test_memory_that_a_graph_may_write_to_stays_while_fewer_paths_are_joined() -> None:
+    columns = OpacityColumns("cpu")
+    first = columns.joined(torch.rand(7), torch.rand(7, 2)).data_ptr()
+
+    assert columns.joined(torch.rand(3), torch.rand(3, 2)).data_ptr() == first
+    assert columns.joined(torch.rand(7), torch.rand(7, 2)).data_ptr() == first

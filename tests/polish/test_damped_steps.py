@@ -61,6 +61,20 @@ def test_a_step_without_damping_goes_to_the_minimum(
     assert few.decrease(step) == pytest.approx(-0.5 * float(want @ slope), rel=1e-6)
 
 
+def test_equations_of_a_thread_are_apart_and_those_without_an_answer_move_nothing(
+    matrices: tuple[FewEquations, SparseEquations, Floats, Floats],
+) -> None:
+    few, _, _, _ = matrices
+    room = np.ones(POINTS), np.full(POINTS, 1e9)
+    before = few.limited_step(1e-2, *room)
+    order = order_by_nodes(np.arange(COUNT), POINTS)
+    nothing = [sparse.coo_matrix(np.full((COUNT, COUNT), np.nan))]
+    broken = FewEquations(nothing, np.zeros(COUNT), np.ones(COUNT), order, POINTS, _floor)
+
+    assert not broken.limited_step(1e-2, *room).any()
+    assert torch.equal(few.limited_step(1e-2, *room), before)
+
+
 def test_values_are_ordered_node_by_node() -> None:
     free = np.array([0, 1, 3, 6, 7, 9, 12, 20, 22])  # of two nodes: two anchors, two leaving, two arriving handles
     assert order_by_nodes(free, 6).tolist() == [0, 1, 9, 3, 6, 7, 12, 20, 22]

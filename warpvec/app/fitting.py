@@ -85,7 +85,9 @@ def run_job(
     hole = None if job.erased is None else hole_of(pixels, job.erased)
     if hole is not None:
         pixels = erase(pixels, hole)
-    if best is None and mode != "photo" and not (job.start is not None and (job.cuts or job.keeps_paths)):
+    if mode == "photo":
+        best = None
+    elif best is None and not (job.start is not None and (job.cuts or job.keeps_paths)):
         best = _rough(job, pixels, mode, report, watch, threads)
     _show_frames(watch, FrameWriter(width, height, partial(report, "frame"), best))
     if job.start is not None and job.cuts:

@@ -387,8 +387,9 @@ class _Fit:
             self._record.remember(float(self._loss), before)
 
     def _squared_error(self, scene: Scene) -> Tensor:
-        """Return the squared error [h, w] of ``scene``: the present paths, or levels of detail, which have no arena."""
-        return self._target.squared_error(scene, self._population.padded)
+        """Return the squared error [h, w] of ``scene``: all paths that are there, which an arena has too, or some."""
+        is_whole = len(scene) == len(self._population)
+        return self._target.squared_error(scene, self._population.padded if is_whole else None)
 
     def _is_trimming(self, iteration: int) -> bool:
         """Return whether paths that are too many for the file are removed after ``iteration``."""

@@ -13,7 +13,7 @@ from warpvec.rendering.launch import Launcher, as_warp
 
 
 class OpacityColumns:
-    """Opacities of paths, or their adjoints, side by side in memory that stays while their number does."""
+    """Opacities of paths, or their adjoints, side by side in memory that stays while no more come."""
 
     def __init__(self, device: str) -> None:
         self._launch = Launcher(device, threads=1)
@@ -26,12 +26,13 @@ class OpacityColumns:
         """
         if sides is None:
             return opacity
-        if len(self._memory) != len(opacity) or self._memory.dtype != opacity.dtype:
-            self._memory = opacity.new_empty(len(opacity), 3)
+        if len(self._memory) < len(opacity) or self._memory.dtype != opacity.dtype:
+            self._memory = opacity.new_empty(len(opacity), 3)  # a graph may write to it while fewer paths are joined
+        memory = self._memory[: len(opacity)]
         lanes = make_lanes(1, wp.dtype_from_torch(opacity.dtype))
-        arguments = [as_warp(values, lanes.dtype) for values in (opacity, sides, self._memory)]
+        arguments = [as_warp(values, lanes.dtype) for values in (opacity, sides, memory)]
         self._launch(make_kernels(lanes).join_opacities, len(opacity), arguments)
-        return self._memory
+        return memory
 
     def part(self, joined: Tensor, opacity: Tensor, sides: SideOpacity) -> None:
         """Write ``joined`` [N, 3] to ``opacity`` [N] and ``sides``."""

@@ -80,9 +80,8 @@ class FewEquations:
         size, get = self._size, self._machine.get
         place = np.full(self._count, -1, np.int32)
         place[order] = np.arange(size, dtype=np.int32)
-        self._rows, self._work = (get(name, size * size, wp.float64) for name in ("equations", "factors"))
-        rows = self._rows.numpy()[: size * size]
-        rows[:] = 0.0
+        rows = np.zeros(size * size)
+        self._rows, self._work = on_host(rows), get("factors", size * size, wp.float64)
         own = np.zeros(self._count)
         for each in entries:
             parts = [on_host(_or_one(part)) for part in (each.row, each.col, each.data)]
@@ -98,7 +97,8 @@ class FewEquations:
         known = [self._size, self._order, self._rows, self._scale, self._slope, damping]
         bounds = [self._point_count, on_host(limit), LIMIT_ROUNDS, EXCESS_MAX, EXCESS_DAMPING, on_host(extra.copy())]
         self._machine.run("take_limited_step", [*known, *bounds, self._work, on_host(found), on_host(step)])
-        return torch.from_numpy(step)
+        # Equations without an answer move nothing.
+        return torch.from_numpy(step if np.isfinite(step).all() else np.zeros_like(step))
 
     def decrease(self, step: Tensor) -> float:
         """See `Equations.decrease`."""

@@ -153,9 +153,11 @@ class RecordedStep:
             drawn: _Drawn = found.drawn
             return drawn
         drawn = draw()
-        if self._renderer.growth == recording.growth:
-            capture = self._captured(draw)
-            self._drawings[name] = _Drawing(capture, drawn, recording)
+        if self._record and self._renderer.growth == recording.growth:
+            try:
+                self._drawings[name] = _Drawing(self._captured(draw), drawn, recording)
+            except (InputError, RuntimeError):  # too little memory, or a driver that cannot record
+                self._record = False
         return drawn
 
     def forget(self) -> None:

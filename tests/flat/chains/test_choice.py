@@ -77,3 +77,19 @@ def test_parts_that_are_never_priced_are_never_the_cheapest(monkeypatch):
 
     for spread, parts in few.items():
         assert [part[:3] for part in chosen_parts(chain, spread, NATS)] == [part[:3] for part in parts]
+
+
+def test_a_long_side_does_not_let_all_points_of_many_curves_look_far():
+    places = np.stack([np.linspace(0.0, 40.0, 3001), np.zeros(3001)], 1)
+    curves = np.concatenate([[places[k : k + 2]] for k in range(3000)])
+    tiny = np.stack([curves[:, 0], curves[:, 0], curves[:, 1], curves[:, 1]], 1)
+    chain = Chain.of(np.concatenate([line((-5000.0, 0.0), (0.0, 0.0)), tiny]), is_closed=False)
+
+    first, last = choice._pairs(chain)
+
+    assert len(first) <= 2 * choice.PAIRS_MAX
+    assert (np.diff(first) >= 0).all() and (last > first).all()
+    whole = np.flatnonzero(np.diff(chain.curve, prepend=-1))
+    assert {*zip(whole[:-1].tolist(), whole[1:].tolist(), strict=True)} <= {
+        *zip(first.tolist(), last.tolist(), strict=True)
+    }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import torch
@@ -10,6 +12,7 @@ from flat_drawings import BLACK, BLUE, RED, drawing, error, line_count, picture
 from scenes import circle, rectangle, straight
 
 from warpvec.config.fit_config import FitConfig
+from warpvec.flat.chains import fewer_parts
 from warpvec.flat.chains.fewer_parts import with_fewer_parts
 from warpvec.flat.simplification.critic import Critic
 from warpvec.geometry.joints import Joints
@@ -117,3 +120,14 @@ def test_an_empty_drawing_stays_empty(shapes):
     found = fewer(shapes.select(torch.zeros(0, dtype=torch.int64)), picture(shapes))
 
     assert len(found) == 0
+
+
+def test_a_fit_that_goes_wrong_is_undone(shapes, monkeypatch):
+    scene = divided(shapes)
+
+    def recolored(target, scene, *others, **settings):
+        return SimpleNamespace(scene=replace(scene, color=1.0 - scene.color))
+
+    monkeypatch.setattr(fewer_parts, "polish", recolored)
+
+    assert fewer(scene, picture(shapes)) is scene

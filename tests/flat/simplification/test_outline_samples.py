@@ -21,4 +21,3 @@ def test_contrast_is_that_of_the_colours_at_both_sides_and_none_where_hidden():
     np.testing.assert_allclose(right, 0.0, atol=1e-4)
     np.testing.assert_allclose(top[:5], over_white, rtol=1e-2)
     np.testing.assert_allclose(top[-2:], 0.0, atol=1e-4)
-    assert samples.is_hidden(np.array([0]), np.array([[[45.0, 30.0], [20.0, 30.0]]])).tolist() == [[True, False]]

@@ -13,7 +13,7 @@ import numpy as np
 
 from warpvec.arrays import Floats, Integers, counted, cross, dot, lengths_of
 from warpvec.flat import price
-from warpvec.flat.chains.chain import Chain, angle_between
+from warpvec.flat.chains.chain import CURVE_POINTS_MIN, Chain, angle_between
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
@@ -52,7 +52,8 @@ SAVED_MAX = 1.0
 """Most numbers that a part saves: half of one at each smooth joint, or one if it is a level line."""
 
 PAIRS_MAX = 400_000
-"""Most pairs of points of a chain that are looked at: parts of longer chains are shorter, but for whole curves."""
+"""Most pairs of points of a chain that are looked at: parts of longer chains are shorter, but reach along a whole curve
+and two of the fewest points."""
 
 ROUNDING = 1e-6
 """Numbers by which two sums of equal prices may differ."""
@@ -204,7 +205,8 @@ def _pairs(chain: Chain) -> tuple[Integers, Integers]:
     begin, end = np.arange(len(chain.points) - 1), len(chain.points) - 1
     corners = np.append(np.flatnonzero(chain.is_corner[:-1]), end)
     counts = corners[np.searchsorted(corners, begin + 1)] - begin
-    counts = np.minimum(counts, max(PAIRS_MAX // len(chain.points), int(np.bincount(chain.curve).max())))
+    own = np.searchsorted(chain.curve, chain.curve, "right") - begin  # to the end of the curve
+    counts = np.minimum(counts, np.maximum(own, max(PAIRS_MAX // len(chain.points), 2 * CURVE_POINTS_MIN)))
     first = np.repeat(begin, counts)
     return first, first + 1 + counted(counts)
 

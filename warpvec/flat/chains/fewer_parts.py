@@ -85,15 +85,26 @@ class _Work:
         new = self._fitted(with_rows(old, tried))
         samples = self.critic.samples(new)
         allowed = self.critic.allowed(samples.worth, samples.moves(self.detail), SIMPLIFICATION.noise)
-        error = self.critic.error(new)
-        rise = errors_near(samples.control, error - self.before)
+        rise = errors_near(samples.control, self.critic.error(new) - self.before)
         if are_wanted():
             self._note(new, tried, rise, allowed)
-        wrong = (rise > allowed) & np.isin(segment_loops(new), list(tried))
+        is_tried = np.isin(segment_loops(new), list(tried))
+        self.scene = self._put_back(old, new, is_tried & (rise > allowed), float(self.before.sum() + allowed.sum()))
+        if self.scene is old:
+            self._hold(new, is_tried)
+
+    def _put_back(self, old: Scene, new: Scene, wrong: Mask, error_max: float) -> Scene:
+        """Return ``new`` with the outlines of ``old`` that have a segment that is ``wrong`` [R], which are held firmer.
+
+        If that is worse than ``new``, which is good enough, nothing is put back: what is may no longer fit what has
+        moved. If it is no good, all is.
+        """
         self._hold(new, wrong)
-        is_worse = error.sum() > self.before.sum() + allowed.sum()
-        back = sorted(tried) if is_worse else np.unique(segment_loops(new)[wrong]).tolist()
-        self.scene = with_rows(new, {loop: _rows_of(old, loop) for loop in back})
+        mixed = with_rows(new, {loop: _rows_of(old, loop) for loop in np.unique(segment_loops(new)[wrong]).tolist()})
+        error, error_without = (float(self.critic.error(each).sum()) for each in (mixed, new))
+        if error_without <= min(error, error_max):
+            return new
+        return mixed if error <= error_max else old
 
     def _chains(self) -> dict[int, Chain]:
         """Return the chain of each loop that is left, which is kept as well as the picture shows it."""

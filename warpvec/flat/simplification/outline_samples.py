@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.geometry.bezier import whole_curves
 from warpvec.geometry.nodes import split
@@ -27,7 +27,6 @@ class OutlineSamples:
         lengths: length of the outline that each stands for [R, S], in pixels.
         contrast: squared change of the colours across the outline there [R, S], summed over the channels. It is 0
             where the outline is hidden.
-        top: topmost path in each pixel [h, w], if that covers it alone; else -1.
         doubt: squared distance in pixels by which each segment may lie off without the picture telling [R].
     """
 
@@ -36,7 +35,6 @@ class OutlineSamples:
     points: Floats
     lengths: Floats
     contrast: Floats
-    top: Integers
     doubt: Floats
 
     @property
@@ -53,19 +51,6 @@ class OutlineSamples:
         """How well the picture shows the outline at each point [R, S], from 0 (hidden) to 1."""
         return self.contrast / (self.contrast + SIMPLIFICATION.contrast_half)
 
-    @property
-    def seen(self) -> Floats:
-        """Visible length of each segment [R] in pixels."""
-        return np.asarray((self.visibility * self.lengths).sum(1))
-
-    def is_hidden(self, path: Integers, points: Floats) -> Mask:
-        """Return which ``points`` [K, M, 2] lie in pixels that show nothing of ``path`` [K] nor of what is below."""
-        height, width = self.top.shape
-        x, y = (np.floor(points[..., k]) for k in (0, 1))
-        outside = (x < 0) | (y < 0) | (x >= width) | (y >= height)
-        column, row = (np.clip(v, 0, n - 1).astype(np.int64) for v, n in ((x, width), (y, height)))
-        return outside | (self.top[row, column] > path[:, None])
-
 
 def sample_outlines(scene: Scene, height: int, width: int, threads: int | None = None) -> OutlineSamples:
     """Return the samples of the cubic ``scene``, seen on a canvas of ``height`` x ``width`` pixels."""
@@ -78,7 +63,6 @@ def sample_outlines(scene: Scene, height: int, width: int, threads: int | None =
         points,
         np.linalg.norm(slopes, axis=-1) / SIMPLIFICATION.segment_samples,
         _contrast(scene, height, width, threads),
-        top_paths(scene, height, width, threads),
         np.zeros(len(control)),
     )
 
