@@ -44,7 +44,7 @@ def with_lines_apart(found: Restoration) -> Restoration:
     from warpvec.condition.condition import measure_condition
 
     is_soft = condition.reduction is not None or condition.blur > 0.0
-    if is_soft and not (len(lines.strokes) or len(lines.above.scene)):
+    if is_soft and not (len(lines.lines.scene) or len(lines.above.scene)):
         rest = measure_condition(lines.ground)
         if rest.reduction is not None or rest.blur > 0.0:
             return found

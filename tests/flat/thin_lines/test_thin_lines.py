@@ -9,7 +9,7 @@ import pytest
 import torch
 
 from warpvec.arrays import Floats, Floats32
-from warpvec.flat.thin_lines.thin_lines import LinesAbove, ThinLines, find_thin_lines
+from warpvec.flat.thin_lines.thin_lines import PlacedLines, ThinLines, find_thin_lines
 from warpvec.geometry.scene import Scene
 from warpvec.svg.measure import draw
 
@@ -37,7 +37,7 @@ def _elements(ends: Floats, width: float, color: str) -> str:
 
 def _ends(found: ThinLines) -> Floats:
     """Return the ends [n, 2, 2] of all lines."""
-    return found.strokes.segments[:, 0].double().numpy().reshape(-1, 2, 2)
+    return found.lines.scene.segments[:, 0].double().numpy().reshape(-1, 2, 2)
 
 
 def _off(found: Floats, given: Floats) -> Floats:
@@ -56,10 +56,10 @@ def test_each_line_of_a_hatch_is_found_once_at_its_place(angle: float, width: fl
     assert found is not None
     assert len(_ends(found)) == len(given)
     assert _off(_ends(found), given).max() < 0.6
-    assert found.strokes.strokes is not None
-    (common,) = set(found.strokes.strokes.width.tolist())
+    assert found.lines.scene.strokes is not None
+    (common,) = set(found.lines.scene.strokes.width.tolist())
     assert common == pytest.approx(width, abs=0.06)
-    assert (255.0 * found.strokes.color[0]).round().tolist() == [0x11, 0x22, 0x33]
+    assert (255.0 * found.lines.scene.color[0]).round().tolist() == [0x11, 0x22, 0x33]
 
 
 def test_the_lines_of_a_grid_go_through_crossings() -> None:
@@ -97,7 +97,7 @@ def test_hatching_on_a_colored_paper_is_found() -> None:
     found = find_thin_lines(_picture(_elements(given, 0.7, "#fff"), "#1e4d8b"), 512)
     assert found is not None
     assert len(_ends(found)) == len(given)
-    assert (255.0 * found.paper).round().tolist() == [0x1E, 0x4D, 0x8B]
+    assert (255.0 * np.median(found.ground, (0, 1))).round().tolist() == [0x1E, 0x4D, 0x8B]
 
 
 def _rect(x: int, y: int, width: int, height: int, color: str) -> str:
@@ -130,13 +130,26 @@ def test_the_lines_of_a_table_with_striped_rows_have_one_look() -> None:
     assert len({tuple(color) for color in above.color.tolist()}) == 1
 
 
-def test_lines_lie_right_above_the_lowest_shapes_that_show_them() -> None:
-    def shape(left: float, right: float) -> Scene:
-        ends = torch.tensor([[left, 5.0], [right, 5.0], [right, 25.0], [left, 25.0], [left, 5.0]])
-        corners = torch.stack([ends[:-1] + k * ends.diff(dim=0) / 3.0 for k in range(3)], 1).reshape(1, 12, 2)
-        one = torch.ones(1)
-        return Scene.uniform(corners, torch.zeros(1, 3), one, torch.ones(3), torch.zeros(1, dtype=torch.int64))
+def _block(left: float, top: float, right: float, bottom: float) -> Scene:
+    ends = torch.tensor([[left, top], [right, top], [right, bottom], [left, bottom], [left, top]])
+    corners = torch.stack([ends[:-1] + k * ends.diff(dim=0) / 3.0 for k in range(3)], 1).reshape(1, 12, 2)
+    one = torch.ones(1)
+    return Scene.uniform(corners, torch.zeros(1, 3), one, torch.ones(3), torch.zeros(1, dtype=torch.int64))
 
-    below, above, lines = shape(2.0, 20.0), shape(24.0, 38.0), shape(0.0, 40.0)
-    found = LinesAbove(lines, np.array([[10.5, 15.5]])).within(below.joined(above), 30, 40)
+
+def test_lines_lie_right_above_the_lowest_shapes_that_show_them() -> None:
+    below, above, lines = _block(2, 5, 20, 25), _block(24, 5, 38, 25), _block(0, 5, 40, 25)
+    places = np.stack(np.meshgrid(np.arange(2.5, 20.0, 2.0), np.arange(5.5, 25.0, 2.0)), -1).reshape(-1, 2)
+    found = PlacedLines(lines, places).within(below.joined(above), 30, 40)
     assert found.segments.tolist() == below.joined(lines).joined(above).segments.tolist()
+
+
+def test_lines_on_the_paper_lie_above_a_shape_in_its_color_and_below_one_that_hides_them() -> None:
+    block = '<rect x="80" y="40" width="9" height="40" fill="#c22"/>'
+    found = find_thin_lines(_picture(_elements(_hatch(0.0, 5.0), 0.8, "#123") + block), 512)
+    assert found is not None
+    shapes = _block(0, 0, WIDTH, HEIGHT).joined(_block(80, 40, 89, 80))
+    drawn = found.with_scene(shapes)
+    count = len(found.lines.scene)
+    assert drawn.segments[:4].tolist() == shapes.segments[:4].tolist()
+    assert len(drawn) == 2 + count and drawn.segments[-4:].tolist() == shapes.segments[-4:].tolist()

@@ -17,6 +17,7 @@ from scipy import ndimage
 from warpvec.arrays import Floats, Floats32, Integers, Mask
 from warpvec.flat.constants.thin_lines import THIN_LINES
 from warpvec.flat.lines.line import DrawnLine, scene_of
+from warpvec.flat.simplification.outline_samples import top_paths
 from warpvec.flat.strokes.line_fitting import Rows
 from warpvec.flat.thin_lines.dashes import without_dashes
 from warpvec.flat.thin_lines.dots import without_dots
@@ -24,7 +25,7 @@ from warpvec.flat.thin_lines.following import ThinLine, follow_lines
 from warpvec.flat.thin_lines.grounds import Grounds, grounds_of, without_lines
 from warpvec.flat.thin_lines.looks import EqualLines, equal_lines
 from warpvec.flat.thin_lines.standing import Standing, places_of, standing
-from warpvec.geometry.scene import Scene, of_one_color
+from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import BUTT
 from warpvec.svg.measure import draw
 from warpvec.svg.write import write_svg
@@ -33,24 +34,33 @@ _END_REACH = 1.5
 """Largest distance in pixels of an end from a line on which it lies."""
 
 
-class LinesAbove(NamedTuple):
-    """Lines that lie on shapes, a path for equal ones of one direction, and x and y [n, 2] where they do."""
+class PlacedLines(NamedTuple):
+    """Lines, a path for equal ones of one direction, and x and y [n, 2] where they are seen."""
 
     scene: Scene
     places: Floats
 
+    def scaled(self, x_factor: float, y_factor: float) -> PlacedLines:
+        """Return the lines in another copy of the picture."""
+        return PlacedLines(self.scene.scaled(x_factor, y_factor), self.places * [x_factor, y_factor])
+
     def within(self, scene: Scene, height: int, width: int) -> Scene:
-        """Return ``scene``, of a picture of this size, with the lines right above the paths that they lie on."""
+        """Return ``scene``, of a picture of this size, with the lines right above the paths that show them.
+
+        Such a path shows the lines in most of the pixels that it has in common with them.
+        """
         if not len(self.scene) or not len(scene):
             return scene.joined(self.scene)
-        code = torch.arange(1, len(scene) + 1)
-        color = torch.stack([code // 65536, code // 256 % 256, code % 256], 1).float() / 255.0
-        plain = replace(of_one_color(scene, color), opacity=torch.ones(len(scene)), softness=None)
-        text = write_svg(replace(plain, background=torch.zeros(3), transparent=False), width, height)
-        drawn = draw(text, width, height)
-        x, y = np.floor(self.places).astype(np.int64).T
-        shown = drawn[y, x].astype(np.int64) @ [65536, 256, 1]
-        top = int(shown[shown <= len(scene)].max(initial=0))
+        is_seen, (x, y) = np.zeros((height, width), bool), np.floor(self.places).astype(np.int64).T
+        is_seen[y, x] = True
+        is_line = _layer(self.scene, height, width)[..., 3] > 0.0
+        plain = replace(scene, opacity=torch.ones(len(scene)), softness=None)
+        path = top_paths(plain, height, width, None) + 1
+        seen, whole = (
+            np.bincount(path[mask], minlength=len(scene) + 1)
+            for mask in (is_line & ndimage.binary_dilation(is_seen, np.ones((3, 3))), is_line)
+        )
+        top = int(np.flatnonzero((2 * seen > whole) | (np.arange(len(whole)) == 0)).max())
         rows = torch.arange(len(scene))
         return scene.select(rows[:top]).joined(self.scene).joined(scene.select(rows[top:]))
 
@@ -59,19 +69,17 @@ class ThinLines(NamedTuple):
     """The straight thin lines and the dots of a picture.
 
     Attributes:
-        strokes: a path for equal lines of one direction, each line a loop of it, and one for each dashed line.
+        lines: those on the paper, a path for equal ones of one direction, and one for each dashed line.
         above: the lines that lie on shapes, too.
         dots: circles.
         dashed: the dashes of each dashed line.
-        paper: the colour [3] that the lines lie on, sRGB-encoded in [0, 1].
         ground: the picture without them [h, w, 3].
     """
 
-    strokes: Scene
-    above: LinesAbove
+    lines: PlacedLines
+    above: PlacedLines
     dots: Scene
     dashed: list[list[DrawnLine]]
-    paper: Floats
     ground: Floats32
 
     def scaled(self, x_factor: float, y_factor: float, ground: Floats32) -> ThinLines:
@@ -79,23 +87,15 @@ class ThinLines(NamedTuple):
 
         The lines of `dashed` stay as they are.
         """
-        above = LinesAbove(self.above.scene.scaled(x_factor, y_factor), self.above.places * [x_factor, y_factor])
-        strokes, dots = (scene.scaled(x_factor, y_factor) for scene in (self.strokes, self.dots))
-        return self._replace(strokes=strokes, above=above, dots=dots, ground=ground)
+        lines, above = (each.scaled(x_factor, y_factor) for each in (self.lines, self.above))
+        return self._replace(lines=lines, above=above, dots=self.dots.scaled(x_factor, y_factor), ground=ground)
 
     def with_scene(self, scene: Scene) -> Scene:
-        """Return ``scene``, a drawing of the ground, with the lines below it or within, and the dots above.
-
-        The lines that lie on the paper alone are above it if its canvas is not the paper.
-        """
+        """Return ``scene``, a drawing of the ground, with the lines right above what they lie on, and dots on top."""
         height, width = self.ground.shape[:2]
-        return self._with_lines(self.above.within(scene, height, width)).joined(self.dots)
-
-    def _with_lines(self, scene: Scene) -> Scene:
-        canvas = np.ones(3) if scene.transparent else scene.background.numpy().astype(np.float64)
-        is_paper = np.abs(canvas - self.paper).max() <= THIN_LINES.explained
-        lines = replace(self.strokes, background=scene.background, transparent=scene.transparent)
-        return lines.joined(scene) if is_paper else scene.joined(lines)
+        for each in (self.lines, self.above):
+            scene = each.within(scene, height, width)
+        return scene.joined(self.dots)
 
 
 def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = True) -> ThinLines | None:
@@ -116,24 +116,25 @@ def find_thin_lines(image: Floats32, dot_count_max: int, *, has_lines: bool = Tr
     levels, dashed = without_dashes(levels, paper, inks)
     levels, dots = without_dots(levels, papers, inks, dot_count_max)
     grounds = grounds_of(levels) if has_lines else None
-    found, above = list[EqualLines](), LinesAbove(scene_of([]), np.zeros((0, 2)))
+    found, above = list[EqualLines](), PlacedLines(scene_of([]), np.zeros((0, 2)))
     if grounds is not None:
         found, above = _lines(levels, papers, paper, inks, grounds)
     if not (found or len(above.scene) or len(dots) or dashed):
         return None
     if grounds is not None and len(above.scene):
-        levels = without_lines(levels, _layer(above.scene, levels), grounds)
+        levels = without_lines(levels, _layer(above.scene, *levels.shape[:2]), grounds)
     lines = _drawn_lines(found)
     in_ink = [[dash for dash, is_in in zip(*each, strict=True) if is_in] for each in dashed]
     removed = lines + [each for each in in_ink if each]
     ground = _without(levels, paper, scene_of(removed)) if removed else (levels / 255.0).astype(np.float32)
     dashes = [each.dashes for each in dashed]
-    return ThinLines(scene_of(lines + dashes), above, dots, dashes, paper / 255.0, ground)
+    strokes = scene_of(lines + dashes)
+    return ThinLines(PlacedLines(strokes, _seen(strokes, image, ground)), above, dots, dashes, ground)
 
 
 def _lines(
     levels: Floats, papers: Floats, paper: Floats, inks: Floats, grounds: Grounds
-) -> tuple[list[EqualLines], LinesAbove]:
+) -> tuple[list[EqualLines], PlacedLines]:
     """Return the equal lines that lie on ``paper`` [3] alone, or below shapes, and those that lie on shapes."""
     below, free = list[EqualLines](), list[EqualLines]()
     above, known = list[Standing](), list[ThinLine]()
@@ -148,10 +149,10 @@ def _lines(
                 (below if seen.is_hidden else free).append(equal)
             known += seen.equal.lines
     if not above:
-        return _joined(below + free), LinesAbove(scene_of([]), np.zeros((0, 2)))
+        return _joined(below + free), PlacedLines(scene_of([]), np.zeros((0, 2)))
     joined = _joined(below + free + [seen.equal for seen in above])
     places = np.concatenate([seen.places for seen in above])
-    return joined[: len(below)], LinesAbove(scene_of(_drawn_lines(joined[len(below) :])), places)
+    return joined[: len(below)], PlacedLines(scene_of(_drawn_lines(joined[len(below) :])), places)
 
 
 def _is_on(line: ThinLine, others: list[ThinLine]) -> bool:
@@ -208,7 +209,7 @@ def _without(levels: Floats, paper: Floats, strokes: Scene) -> Floats32:
     Where it is paper with lines, the paper stays. Where a shape covers some of that, its share is what the picture
     differs from the paper with lines, over what the shape does. Where a line covers a pixel, its neighbours tell.
     """
-    layer = _layer(strokes, levels)
+    layer = _layer(strokes, *levels.shape[:2])
     alpha = layer[..., 3:] / 255.0
     shown = paper + alpha * (layer[..., :3] - paper)
     is_line = alpha[..., 0] > 0.0
@@ -229,10 +230,19 @@ def _without(levels: Floats, paper: Floats, strokes: Scene) -> Floats32:
     return (result / 255.0).astype(np.float32)
 
 
-def _layer(strokes: Scene, levels: Floats) -> Floats:
-    """Return ``strokes`` as drawn on nothing [h, w, 4], of the size of a picture ``levels`` [h, w, 3]."""
-    height, width = levels.shape[:2]
+def _layer(strokes: Scene, height: int, width: int) -> Floats:
+    """Return ``strokes`` as drawn on nothing [h, w, 4]."""
     return draw(write_svg(strokes, width, height), width, height, transparent=True).astype(np.float64)
+
+
+def _seen(strokes: Scene, image: Floats32, ground: Floats32) -> Floats:
+    """Return x and y [n, 2] of pixels of ``strokes`` in which an ``image`` [h, w, 3] is not its ``ground``."""
+    if not len(strokes):
+        return np.zeros((0, 2))
+    difference = 255.0 * np.abs(image.astype(np.float64) - ground).sum(2)
+    is_seen = (_layer(strokes, *image.shape[:2])[..., 3] > 0.0) & (difference >= THIN_LINES.contrast_min)
+    places: Floats = np.argwhere(is_seen)[:, ::-1].astype(np.float64) + 0.5
+    return places
 
 
 def _left_over(is_shape: Mask, is_line: Mask) -> Mask:
