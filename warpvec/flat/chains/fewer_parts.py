@@ -113,8 +113,8 @@ class _Work:
         share, found = samples.visibility * (self.detail / moves) ** 2, dict[int, Chain]()
         for loop in sorted(self.left):
             start, stop = first[loop], first[loop + 1]
-            has_size = np.abs(np.diff(samples.control[start:stop], axis=1)).max((1, 2)) > SIZE_MIN
-            rows = start + np.flatnonzero(has_size)
+            size = np.abs(np.diff(samples.control[start:stop], axis=1)).max((1, 2))
+            rows = start + np.flatnonzero(size > SIZE_MIN)
             if len(rows) and not are_ellipse(samples.control[rows]):
                 tree, hidden = cKDTree(samples.points[rows].reshape(-1, 2)), is_hidden[rows].ravel()
                 shown = Shown(tree, share[rows].ravel(), hidden)
