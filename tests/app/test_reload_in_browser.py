@@ -30,6 +30,13 @@ def drawn_logo(browser: Any, server: QuickServer, folder: Path) -> DeskPage:
     return desk
 
 
+def recoloured_logo(browser: Any, server: QuickServer, folder: Path) -> tuple[DeskPage, str]:
+    """Return a page that has drawn the logo, of which one colour was changed then, and the text of that drawing."""
+    desk = drawn_logo(browser, server, folder)
+    desk.page.evaluate(RECOLOUR, [GREEN, ORANGE])
+    return desk, text_of(desk)
+
+
 def test_edits_the_undo_list_and_settings_are_there_after_a_reload(
     browser: Any, quick_server: QuickServer, tmp_path: Path
 ) -> None:
@@ -61,10 +68,8 @@ def test_edits_the_undo_list_and_settings_are_there_after_a_reload(
 def test_a_removed_picture_comes_back_by_undo_with_its_edits_also_after_a_reload(
     browser: Any, quick_server: QuickServer, tmp_path: Path
 ) -> None:
-    desk = drawn_logo(browser, quick_server, tmp_path)
+    desk, recoloured = recoloured_logo(browser, quick_server, tmp_path)
     page = desk.page
-    page.evaluate(RECOLOUR, [GREEN, ORANGE])
-    recoloured = text_of(desk)
     page.locator("#pictures button:not(.open)").click()
     page.locator("#removal button[value=keep]").click()
     assert desk.states() == ["logo done"] and text_of(desk) == recoloured
@@ -87,10 +92,8 @@ def test_a_removed_picture_comes_back_by_undo_with_its_edits_also_after_a_reload
 def test_a_duplicated_tab_has_a_page_of_its_own_that_begins_with_what_the_other_has(
     browser: Any, quick_server: QuickServer, tmp_path: Path
 ) -> None:
-    desk = drawn_logo(browser, quick_server, tmp_path)
+    desk, recoloured = recoloured_logo(browser, quick_server, tmp_path)
     page = desk.page
-    page.evaluate(RECOLOUR, [GREEN, ORANGE])
-    recoloured = text_of(desk)
     page.wait_for_function("() => desk.isKept()")
     with page.expect_popup() as opened:
         page.evaluate("() => void open(location.href)")  # it gets the storage of the tab, as a duplicated one does

@@ -25,9 +25,9 @@ from warpvec.flat.chains.grid import (
 )
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE
 from warpvec.flat.chains.saying import (
-    SIZE_MIN,
     LoopRows,
     Sheet,
+    are_curves,
     are_ellipse,
     has_size,
     move_allowed,
@@ -253,7 +253,7 @@ def _chains_of(scene: Scene) -> dict[int, Chain]:
         is_open = structure.is_open is not None and bool(structure.is_open[loop])
         is_form = forms is not None and bool(forms.is_form[owner[start]])
         curves = control[start : stop - is_open]
-        curves = curves[np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > SIZE_MIN]
+        curves = curves[are_curves(curves)]
         if not is_form and 0 < len(curves) <= CURVES_MAX and not are_ellipse(curves):
             found[loop] = Chain.of(curves, not is_open)
     return _covered(found, scene)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from warpvec.arrays import Floats, Floats32, Mask
 from warpvec.config.fit_config import FitConfig
 from warpvec.flat.chains.chain import Chain, Shown
-from warpvec.flat.chains.saying import SIZE_MIN, LoopRows, are_ellipse, has_size, said_rows, with_rows
+from warpvec.flat.chains.saying import LoopRows, are_curves, are_ellipse, has_size, said_rows, with_rows
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.price import CUBIC, LINE, number_nats
 from warpvec.flat.simplification.critic import Critic
@@ -100,7 +100,8 @@ class _Work:
         moved. If it is no good, all is.
         """
         self._hold(new, wrong)
-        mixed = with_rows(new, {loop: _rows_of(old, loop) for loop in np.unique(segment_loops(new)[wrong]).tolist()})
+        back = {loop: _rows_of(old, loop) for loop in np.unique(segment_loops(new)[wrong]).tolist()}
+        mixed = with_rows(new, back) if back else new  # the critic knows the error of a scene that it has seen
         error, error_without = (float(self.critic.error(each).sum()) for each in (mixed, new))
         if error_without <= min(error, error_max):
             return new
@@ -113,8 +114,7 @@ class _Work:
         share, found = samples.visibility * (self.detail / moves) ** 2, dict[int, Chain]()
         for loop in sorted(self.left):
             start, stop = first[loop], first[loop + 1]
-            size = np.abs(np.diff(samples.control[start:stop], axis=1)).max((1, 2))
-            rows = start + np.flatnonzero(size > SIZE_MIN)
+            rows = start + np.flatnonzero(are_curves(samples.control[start:stop]))
             if len(rows) and not are_ellipse(samples.control[rows]):
                 tree, hidden = cKDTree(samples.points[rows].reshape(-1, 2)), is_hidden[rows].ravel()
                 shown = Shown(tree, share[rows].ravel(), hidden)
@@ -143,7 +143,7 @@ class _Work:
             old, old_lines = _rows_of(self.scene, own)
             saved = _numbers(old_lines) - _numbers(is_line)
             cost = float(rise[segments].sum()), float(allowed[segments].sum())
-            box = box_of(control[segments].reshape(-1, 2))
+            box = box_of(control[segments])
             self.critic.note("parts", box, f"{len(old)} segments", f"{len(rows)} segments", saved, cost)
 
 

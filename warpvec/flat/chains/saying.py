@@ -159,6 +159,12 @@ def with_rows(scene: Scene, loops: dict[int, LoopRows]) -> Scene:
     )
 
 
+def are_curves(curves: Floats) -> Mask:
+    """Return which of ``curves`` [S, 4, 2] are more than a point."""
+    found: Mask = np.abs(np.diff(curves, axis=1)).max((1, 2), initial=0.0) > SIZE_MIN
+    return found
+
+
 def are_ellipse(curves: Floats) -> bool:
     """Return whether ``curves`` [S, 4, 2] are the quarters of an ellipse: the image of a circle's by a linear map."""
     if len(curves) != 4:

@@ -36,8 +36,8 @@ class SimplificationConstants:
     # Numbers that do not show (chains/fewer_parts.py)
 
     price_length: float = 12.5
-    """Length in pixels of the outline that a cubic replaces at least, if the picture tells so little of its place that
-    what it saves pays for the whole error; see `Critic`."""
+    """Pixels of outline over which an error may cost the nats of a cubic. Where the picture has noise, this says by how
+    much an outline may move; see `Critic`."""
 
     choice_iterations: int = 6
     """Iterations of the fit after each choice of parts."""

@@ -2,8 +2,8 @@
 
 Where pixels of two colours meet, a line runs along their sides. Its curve is the quadratic spline whose control points
 are the corners of pixels, said by few lines and cubics. It is found once, for the colours on both of its sides, so that
-no gap shows. Pixels that touch by a corner alone are one stroke where they are meant as one: the corner is two points
-then, a quarter of a pixel to each side.
+no gap shows. Two pixels that touch by a corner alone may be meant as one stroke. Then their corner becomes two points,
+a quarter of a pixel to each side.
 """
 
 from __future__ import annotations

@@ -93,8 +93,8 @@ def chosen_joint(
 ) -> tuple[Joint, int | None]:
     """Return how ``arms`` meet at a ``junction``, and the branch that is a corner or an end of others; None for none.
 
-    That is the usual way if it draws the shape, unless several lines end there; else that which draws it best and in
-    which lines turn and end least.
+    That is the usual way if it draws the shape, unless several lines end there. Else it is the way that draws the shape
+    best, and of equal ones the way in which lines turn and end least.
 
     Args:
         shape: what they lie in.
@@ -146,7 +146,7 @@ def _straight(arm: Arm) -> Arm:
 def _ways(shape: Shape, arms: list[Arm], near: Floats, stems: list[Stem]) -> Iterator[_Way]:
     """Yield ways in which one arm ends where a stem does, or two go on by an arc or in a corner.
 
-    Others end where they cross them, or turn into them where they go on by an arc.
+    The other arms end where they cross the two, or turn into them where the two go on by an arc.
     """
     step = STEP_SHARE * shape.width
     for stem in stems:

@@ -1,7 +1,8 @@
 """Find dashed lines: marks of one width that follow each other at equal distances, along lines and curves.
 
 A dash is a few pixels of ink. Traced alone, each has an outline of its own, and those of thin ones are crumbs. But the
-sum of its ink tells its length and width, the mean place of that its middle, and its neighbours tell where it turns.
+sum of its ink tells the length and width of a dash. The mean place of its ink is its middle. Its neighbours tell where
+the line turns.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ _TURN = math.cos(math.radians(30.0))
 
 
 class DashedLine(NamedTuple):
-    """The n dashes of a line, which have one width and one colour, and which of them lie in other ink [n]."""
+    """The n dashes of a line, all of one width and colour, and whether each lies in other ink [n]."""
 
     dashes: list[DrawnLine]
     is_hidden: Mask

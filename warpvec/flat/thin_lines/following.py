@@ -227,9 +227,9 @@ def _ended(
 
 
 def _with_look(line: ThinLine, part: _Part, profile: _Profile, clean: Integers, plain: Integers) -> ThinLine:
-    """Return ``line`` with its ink by those of its ``clean`` rows that are ``plain``: those with one ground around it.
+    """Return ``line`` with the ink that its ``plain`` rows tell: the ``clean`` rows with one ground around the line.
 
-    A line between two grounds is known if it fills whole pixels: what is beside them is none of it.
+    The ink of a line between two grounds is known if the line fills whole pixels: the pixels beside it have none of it.
     """
     if len(plain) >= THIN_LINES.length_min:
         return line._replace(ink=np.median(profile.total[plain], 0), is_crisp=_is_crisp(profile, plain))

@@ -47,7 +47,7 @@ class PlacedLines(NamedTuple):
     def within(self, scene: Scene, height: int, width: int) -> Scene:
         """Return ``scene``, of a picture of this size, with the lines right above the paths that show them.
 
-        Such a path shows the lines in most of the pixels that it has in common with them.
+        A path shows the lines if they are seen in most of the pixels where they cross it.
         """
         if not len(self.scene) or not len(scene):
             return scene.joined(self.scene)
@@ -69,7 +69,7 @@ class ThinLines(NamedTuple):
     """The straight thin lines and the dots of a picture.
 
     Attributes:
-        lines: those on the paper, a path for equal ones of one direction, and one for each dashed line.
+        lines: the lines on the paper. Equal lines of one direction are one path, and so is each dashed line.
         above: the lines that lie on shapes, too.
         dots: circles.
         dashed: the dashes of each dashed line.
