@@ -9,8 +9,8 @@ import pytest
 
 from warpvec.arrays import Floats
 from warpvec.flat import scene_building
+from warpvec.flat.chains.traced import said_loops
 from warpvec.flat.constants.drawing import DRAWING
-from warpvec.flat.curves.curve_fitting import fit_loops
 from warpvec.flat.layers.outlines import Outline
 from warpvec.watch.watch import UNWATCHED, Watch
 
@@ -49,6 +49,6 @@ def test_outlines_of_many_points_are_all_fitted_if_there_is_time() -> None:
 
 def test_pieces_stay_short_once_the_time_is_over() -> None:
     loop = gear(60.0)
-    ((long, _),), ((short, _),) = fit_loops([loop]), fit_loops([loop], watch=OVER)
+    ((long, _),), ((short, _),) = said_loops([loop]), said_loops([loop], watch=OVER)
     assert len(short) > len(long)
     assert np.linalg.norm(short[:, None, 0] - loop, axis=2).min(1).max() < 0.8

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from warpvec.flat.chains.traced import said_loops
 from warpvec.flat.curves.contours import contours_of
-from warpvec.flat.curves.curve_fitting import fit_loops
 from warpvec.svg.measure import draw
 
 SIDE = 64
@@ -22,7 +22,7 @@ def _coverage(element: str) -> NDArray[np.float64]:
 
 def _fitted(element: str) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     (outline,) = contours_of(_coverage(element))
-    return fit_loops([outline])[0]
+    return said_loops([outline])[0]
 
 
 @pytest.mark.parametrize("width", [2, 3, 4])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -13,12 +12,13 @@ from scipy import ndimage
 
 from warpvec.arrays import Floats
 from warpvec.errors import InputError
+from warpvec.flat.chains.saying import LoopRows
+from warpvec.flat.chains.traced import said_enlarged
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.lettering import LETTERING
 from warpvec.flat.constants.mono import MONO
 from warpvec.flat.curves.contours import contours_of, interpolated_contours, signed_area
-from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
 from warpvec.flat.faint_lines import faint_line_count
 from warpvec.flat.ink_specks import specks_among
 from warpvec.flat.layers.fine_outlines import fine_contours_of
@@ -83,10 +83,9 @@ def mono_tracing(
     gray = _gray(image)
     levels = find_levels(gray, None if threshold == "auto" else threshold / 255.0)
     coverage = np.clip(0.5 + (levels.threshold - gray) / (levels.paper - levels.ink), 0.0, 1.0)
-    is_clean, is_sharp, is_fine, straight_min = False, False, False, math.inf
+    is_clean, is_sharp, is_fine = False, False, False
     are_two_levels, is_thin, faint_count = has_two_levels(coverage), False, 0
     if are_two_levels:
-        straight_min = MONO.straight_min
         tolerance = MONO.staircase_tolerance if tolerance is None else tolerance
         outlines = staircase_outlines(coverage)
     else:
@@ -118,7 +117,7 @@ def mono_tracing(
     else:
         scale = 1.0 if is_sharp else MONO.soft_scale
     allowed = _tolerances(kept, tolerance) if are_two_levels or is_thin else np.full(len(kept), tolerance)
-    fitted = _fitted(kept, allowed, scale, watch, straight_min)
+    fitted = _fitted(kept, allowed, scale, watch)
     left_out = len(outlines) - len(fitted)
     return MonoTracing(_scene(fitted), 255.0 * levels.threshold, coverage, is_clean, left_out, faint_count)
 
@@ -212,22 +211,22 @@ def _noise(coverage: Floats) -> float:
     return float(1.4826 * np.median(np.abs(mixed)) / 2)
 
 
-def _fitted(outlines: list[Floats], tolerance: Floats, scale: float, watch: Watch, straight_min: float) -> list[Curves]:
+def _fitted(outlines: list[Floats], tolerance: Floats, scale: float, watch: Watch) -> list[LoopRows]:
     """Return the curves of ``outlines`` [L] within ``tolerance`` [L] pixels, fitted at ``scale``.
 
     Once the ``watch`` is over, they are those of the first outlines.
     """
-    fitted: list[Curves] = []
+    fitted: list[LoopRows] = []
     for first in range(0, len(outlines), MONO.outlines_at_once):
         if fitted and watch.is_over():
             break
         part = slice(first, first + MONO.outlines_at_once)
         some = outlines[part]
-        fitted += fit_enlarged(some, [scale] * len(some), tolerance[part], straight_min=straight_min)
+        fitted += said_enlarged(some, [scale] * len(some), tolerance[part])
     return fitted
 
 
-def _scene(fitted: list[Curves]) -> Scene:
+def _scene(fitted: list[LoopRows]) -> Scene:
     """Return a scene of one path with the curves of its loops."""
     count = 1 if fitted else 0
     segments = np.concatenate([np.zeros((0, 3, 2)), *(loop for loop, _ in fitted)])

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
+from warpvec.flat.chains.saying import LoopRows
+from warpvec.flat.chains.traced import said_enlarged
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.drawing import DRAWING
 from warpvec.flat.constants.lettering import LETTERING
-from warpvec.flat.curves.curve_fitting import Curves, fit_enlarged
 from warpvec.flat.layers.outlines import Outline, outlines
 from warpvec.flat.layers.stacking import StackedLayer, stack
 from warpvec.flat.pixels.outlines import lines_through
@@ -59,9 +60,9 @@ def scene_of(
     return _painted(regions, layers, torch.from_numpy(segments).float(), structure)
 
 
-def _fitted(loops: Sequence[Sequence[Outline]], tolerance: float, watch: Watch) -> list[list[Curves]]:
+def _fitted(loops: Sequence[Sequence[Outline]], tolerance: float, watch: Watch) -> list[list[LoopRows]]:
     """Return the curves of the ``loops`` of each layer, or of the lowest layers once the ``watch`` is over."""
-    fits: list[list[Curves]] = []
+    fits: list[list[LoopRows]] = []
     for first in range(0, len(loops), DRAWING.layers_at_once):
         if watch.is_over() and len(fits) >= DRAWING.layers_min:
             break
@@ -71,7 +72,7 @@ def _fitted(loops: Sequence[Sequence[Outline]], tolerance: float, watch: Watch) 
     return fits
 
 
-def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves | None]:
+def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[LoopRows | None]:
     """Return the curves of ``loops``, together unless they have very many points.
 
     Then the longest are fitted first, and those that are left once the ``watch`` is over are None.
@@ -79,7 +80,7 @@ def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -
     sizes = [len(loop.points) for loop in loops]
     if sum(sizes) <= DRAWING.points_at_once:
         return [*_curves(loops, tolerance, watch)]
-    fits: list[Curves | None] = [None] * len(loops)
+    fits: list[LoopRows | None] = [None] * len(loops)
     longest_first = sorted(range(len(loops)), key=lambda index: -sizes[index])
     parts = np.cumsum([sizes[index] for index in longest_first]) // DRAWING.points_at_once
     for part in np.unique(parts):
@@ -91,25 +92,24 @@ def _fitted_together(loops: Sequence[Outline], tolerance: float, watch: Watch) -
     return fits
 
 
-def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
+def _curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[LoopRows]:
     """Return the curves of ``loops``: lines through the corners of exact ones, and the best curves along others."""
     fits = iter(_fitted_curves([loop for loop in loops if not loop.is_exact], tolerance, watch))
     return [_lines_of(loop) if loop.is_exact else next(fits) for loop in loops]
 
 
-def _lines_of(loop: Outline) -> Curves:
+def _lines_of(loop: Outline) -> LoopRows:
     return lines_through(loop.points), np.ones(len(loop.points), bool)
 
 
-def _fitted_curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[Curves]:
+def _fitted_curves(loops: Sequence[Outline], tolerance: float, watch: Watch) -> list[LoopRows]:
     """Return the curves along ``loops``. Those of thin parts are fitted as if they were larger."""
     if not loops:
         return []
     scales = np.array([loop.scale for loop in loops])
     is_dot = np.array([np.ptp(loop.points, 0).max() < LETTERING.dot_side for loop in loops], bool)
     tolerances = np.where(is_dot, tolerance / scales, tolerance)
-    straight_min = np.where(scales == LETTERING.scale, LETTERING.straight_min, np.inf)
-    return fit_enlarged([loop.points for loop in loops], scales.tolist(), tolerances, watch, straight_min)
+    return said_enlarged([loop.points for loop in loops], scales.tolist(), tolerances, watch)
 
 
 def _painted(regions: Regions, layers: Sequence[StackedLayer], segments: torch.Tensor, structure: Structure) -> Scene:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.contours import contours_of
 from warpvec.flat.curves.cubic_fitting import fit_cubics, fit_lengths
-from warpvec.flat.curves.cycle_search import cheapest_cycle
 from warpvec.flat.curves.outline_nodes import find_nodes, roughness, sample_loops
-from warpvec.flat.curves.span_costs import span_costs, typical_distance
 
 CUBIC = np.array([[0.0, 0.0], [2.0, 6.0], [9.0, 7.0], [12.0, 1.0]])
 SQUARE = np.array([[2.0, 2.0], [32.0, 2.0], [32.0, 32.0], [2.0, 32.0]])
@@ -54,20 +50,6 @@ def test_handles_keep_their_directions() -> None:
     np.testing.assert_allclose(found.handles[0], CUBIC[1:3], atol=0.02)
 
 
-def test_the_cheapest_cycle_is_that_of_all_cycles() -> None:
-    """Pieces from each of seven nodes on, of up to four steps; all cycles are tried."""
-    for seed in range(6):
-        cost = np.random.default_rng(seed).random((7, 4)) + 0.3
-        cycles = [nodes for size in range(2, 8) for nodes in combinations(range(7), size)]
-
-        def total(nodes: tuple[int, ...], cost: np.ndarray = cost) -> float:
-            steps = [(after - node) % 7 for node, after in zip(nodes, (*nodes[1:], nodes[0]), strict=True)]
-            return sum(cost[n, s - 1] for n, s in zip(nodes, steps, strict=True)) if max(steps) <= 4 else np.inf
-
-        best = min(map(total, cycles))
-        assert total(tuple(sorted(cheapest_cycle(cost)))) == pytest.approx(best, rel=0.1)
-
-
 def test_samples_are_even() -> None:
     samples = sample_loops([SQUARE, SQUARE / 4])
     assert samples.first.tolist() == [0, 240, 300]
@@ -81,9 +63,9 @@ def test_a_square_has_four_corners_and_a_circle_none() -> None:
     assert (np.flatnonzero(nodes.is_corner) < nodes.first[1]).all()
     near = np.linalg.norm(corners[:, None] - SQUARE, axis=2)
     assert len(corners) == 4 and near.min(0).max() < 0.05
-    smooth = ~nodes.is_corner
-    on_edge = nodes.direction[: nodes.first[1]][smooth[: nodes.first[1]] & (nodes.doubt[: nodes.first[1]] == 1.0)]
-    np.testing.assert_allclose(np.abs(on_edge).max(1), 1.0, atol=1e-6)
+    smooth = np.flatnonzero(~nodes.is_corner[: nodes.first[1]])
+    beside = np.linalg.norm(nodes.point[smooth, None] - SQUARE, axis=2).min(1) < 5.0
+    np.testing.assert_allclose(np.abs(nodes.direction[smooth[~beside]]).max(1), 1.0, atol=1e-6)
 
 
 def test_roughness_grows_with_the_noise_of_an_outline() -> None:
@@ -91,22 +73,6 @@ def test_roughness_grows_with_the_noise_of_an_outline() -> None:
     assert rough[0] < 0.001
     assert rough[2] == pytest.approx(2 * rough[1], rel=0.1)
     assert rough[3] == 0.0  # too short to tell noise from shape
-
-
-def test_a_side_of_a_square_is_one_line_and_goes_round_no_corner() -> None:
-    samples = sample_loops([SQUARE])
-    nodes = find_nodes(samples)
-    spans = span_costs(samples, nodes, np.array([0.2]))
-    corners = np.flatnonzero(nodes.is_corner)
-    first, second, third = corners[:3]
-    assert spans.is_line[first, second - first - 1]
-    assert spans.cost[first, second - first - 1] == pytest.approx(CURVES.line_cost + CURVES.corner_cost, abs=0.02)
-    assert not np.isfinite(spans.cost[first, third - first - 1 :][:1]).any()
-
-
-def test_noise_of_single_points_counts_less_than_a_wrong_bend() -> None:
-    noisy, bent = typical_distance(np.array([0.4, 0.4]), np.array([0.1, 0.25]) ** 2)
-    assert noisy < bent
 
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.8])

@@ -91,6 +91,8 @@ class Chain:
         weights: how well it must be kept between its points [K - 1].
         cover: the strokes that cover some of it; None for none.
         shown: how well the picture shows it; None for well everywhere.
+        is_traced: whether its curves are short pieces along a traced outline. Parts may pass its corners then, which
+            are only supposed.
     """
 
     curves: Floats
@@ -107,11 +109,12 @@ class Chain:
     weights: Floats
     cover: Cover | None = None
     shown: Shown | None = None
+    is_traced: bool = False
 
     @staticmethod
     def of(
         curves: Floats, is_closed: bool, firm: Floats | None = None, cover: Cover | None = None,
-        shown: Shown | None = None,
+        shown: Shown | None = None, is_traced: bool = False,
     ) -> Chain:  # fmt: skip
         """Return the chain of ``curves`` [S, 4, 2], which must be kept better in the boxes ``firm`` [B, 2, 2].
 
@@ -119,7 +122,7 @@ class Chain:
         """
         length = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
         step = max(STEP, float(length.sum()) / POINTS_MAX)
-        counts = np.maximum(np.ceil(length / step).astype(np.int64), CURVE_POINTS_MIN)
+        counts = np.maximum(np.ceil(length / step).astype(np.int64), 1 if is_traced else CURVE_POINTS_MIN)
         curve = np.repeat(np.arange(len(curves)), counts)
         number = counted(counts)
         parameters = np.stack([number / counts[curve], (number + 1) / counts[curve]], 1)
@@ -143,7 +146,7 @@ class Chain:
         is_corner[[0, -1]] |= not is_closed
         return Chain(
             curves, points, middles, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), before, after, is_corner, curve,
-            parameters, is_closed, firm, weights, cover, shown,
+            parameters, is_closed, firm, weights, cover, shown, is_traced,
         )  # fmt: skip
 
     def firmer_in(self, boxes: Floats) -> Chain:
@@ -152,7 +155,7 @@ class Chain:
 
     def of_curves(self, curves: Floats, is_closed: bool) -> Chain:
         """Return a chain of other ``curves`` [S, 4, 2] of which the same is known."""
-        return Chain.of(curves, is_closed, self.firm, self.cover, self.shown)
+        return Chain.of(curves, is_closed, self.firm, self.cover, self.shown, self.is_traced)
 
     @cached_property
     def along(self) -> Floats:

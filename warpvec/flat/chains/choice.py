@@ -14,7 +14,7 @@ import numpy as np
 from warpvec.arrays import Floats, Integers, counted, cross, dot, lengths_of
 from warpvec.flat import price
 from warpvec.flat.chains.chain import CURVE_POINTS_MIN, Chain, angle_between
-from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE, quarters_of, unit
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 
@@ -55,6 +55,10 @@ PAIRS_MAX = 400_000
 """Most pairs of points of a chain that are looked at: parts of longer chains are shorter, but reach along a whole curve
 and two of the fewest points."""
 
+TRACED_ENDS = 4
+"""Along a traced outline, cubics over several curves may begin at one in so many points, beside corners and the ends
+of parts."""
+
 ROUNDING = 1e-6
 """Numbers by which two sums of equal prices may differ."""
 
@@ -86,7 +90,7 @@ def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
     """Return the cheapest parts of ``chain`` from its first point to its last.
 
     A first search takes cubics from the curves of the chain; a second one also tries cubics over several of them, from
-    and to where its parts end and where the curves do.
+    and to where its parts end and where the curves do, or some of these.
 
     Args:
         chain: the chain of K points.
@@ -105,9 +109,13 @@ def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
         room = by_curves + ROUNDING - (NUMBERS[kind] + WORD - SAVED_MAX)
         find(offers, moments, room / offers.per_square)
     parts = _cheapest(offers)
-    is_end = np.zeros(len(chain.points), bool)
-    is_end[[*(part.first for part in parts), *(np.flatnonzero(np.diff(chain.curve)) + 1), -1]] = True
-    rows = np.flatnonzero(is_end[first] & is_end[last] & ~is_own)
+    ends = [0, *(part.last for part in parts)]
+    more = np.arange(0, len(chain.points), TRACED_ENDS) if chain.is_traced else np.flatnonzero(np.diff(chain.curve)) + 1
+    is_end = chain.is_corner.copy() if chain.is_traced else np.zeros(len(chain.points), bool)
+    is_end[ends] = is_end[more] = True
+    # No cubic is cheaper than the numbers that it says.
+    is_open = offers.prices[[LINE, ARC]].min(0) > NUMBERS[CUBIC] + WORD - SAVED_MAX
+    rows = np.flatnonzero(is_open & is_end[first] & is_end[last] & ~is_own)
     if not len(rows):
         return parts
     handles, square = joined(chain, first[rows], last[rows])
@@ -149,8 +157,13 @@ class _Offers(NamedTuple):
         return _Offers(chain, first, last, spread, per_square, prices, ways, np.zeros(count), {})
 
     def add(self, kind: int, rows: Integers, squares: Floats, ways: Floats) -> None:
-        """Add parts of one ``kind`` for the pairs ``rows`` [K]: sums of ``squares`` [K] and directions [K, 2, 2]."""
+        """Add parts of one ``kind`` for the pairs ``rows`` [K]: sums of ``squares`` [K] and directions [K, 2, 2].
+
+        A traced outline is fitted next. A fit knows no arcs, so they count as the cubics that draw them.
+        """
         words = _words(self.chain, kind, ways, self.first[rows], self.last[rows], self.spread)
+        if kind == ARC and self.chain.is_traced:
+            words += NUMBERS[CUBIC] * quarters_of(self.bulge[rows]) - NUMBERS[ARC]
         self.prices[kind, rows] = squares * self.per_square + words
         self.ways[kind, rows] = ways
 
@@ -203,7 +216,7 @@ def numbers_of(parts: list[Part]) -> float:
 def _pairs(chain: Chain) -> tuple[Integers, Integers]:
     """Return the first and last points of all parts that pass no corner, in the order of the first."""
     begin, end = np.arange(len(chain.points) - 1), len(chain.points) - 1
-    corners = np.append(np.flatnonzero(chain.is_corner[:-1]), end)
+    corners = np.append(np.flatnonzero(chain.is_corner[:-1] & (not chain.is_traced)), end)
     counts = corners[np.searchsorted(corners, begin + 1)] - begin
     own = np.searchsorted(chain.curve, chain.curve, "right") - begin  # to the end of the curve
     counts = np.minimum(counts, np.maximum(own, max(PAIRS_MAX // len(chain.points), 2 * CURVE_POINTS_MIN)))

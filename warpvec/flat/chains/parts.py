@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from warpvec.arrays import Floats, lengths_of
+from warpvec.arrays import Floats, Integers, lengths_of
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
 
 LINE, ARC, CUBIC = 0, 1, 2
@@ -73,7 +73,7 @@ def rows_of(kind: int, numbers: Floats) -> Floats:
     if kind == LINE or abs(numbers[4]) < _FLAT:
         return np.stack([start, start + (end - start) / 3.0, start + (end - start) * (2.0 / 3.0)])[None]
     half = 2.0 * math.atan(numbers[4])
-    count = max(1, math.ceil(2.0 * abs(half) / (math.pi / 2.0) - 1e-3))
+    count = int(quarters_of(numbers[4:])[0])
     t = np.arange(count + 1) / count
     share = np.sin(half * t) / math.sin(half)
     nodes = start + share[:, None] * turned((end - start)[None], half * (t - 1.0))
@@ -81,6 +81,12 @@ def rows_of(kind: int, numbers: Floats) -> Floats:
     ways = turned(unit(end - start)[None], half * (2.0 * t - 1.0))
     reach = 4.0 / 3.0 * abs(math.tan(half / count / 2.0) * radius_of(numbers[None])[0])
     return np.stack([nodes[:-1], nodes[:-1] + reach * ways[:-1], nodes[1:] - reach * ways[1:]], 1)
+
+
+def quarters_of(bulge: Floats) -> Integers:
+    """Return how many quarters of a turn arcs with this ``bulge`` [B] begin, at least one."""
+    turn = 4.0 * np.abs(np.arctan(bulge))
+    return np.maximum(np.ceil(turn / (np.pi / 2.0) - 1e-3).astype(np.int64), 1)
 
 
 def turned(vectors: Floats, angle: Floats) -> Floats:

@@ -166,10 +166,6 @@ class LetteringConstants:
     """Width in pixels of the widest stem whose ends are made square, the pixels that are not straight before its end,
     and by how much these may lie outside of its sides: serifs are wider."""
 
-    straight_min: float = 2.5
-    """Pixels of the shortest straight side of thin letters that no curve may take, see `straight_runs.py`. With that of
-    bold ones, too, up100_mantine loses 0.7 dB."""
-
     scale: float = 6.0
     """Enlargement at which curves are fitted to the outline of a thin part: the two corners at the end of a stem are
     nearer to each other than the fit expects of pixels, which drew one spike with 3. Outlines may move as far as

@@ -60,10 +60,6 @@ class MonoConstants:
     long_edge: int = 4
     """Pixels of a level or upright edge, in a picture of two levels, from which a corner beside it is meant."""
 
-    straight_min: float = 16.0
-    """Pixels of a level or upright run in a picture of two levels, beside a corner, that must become a line: a curve
-    within the tolerance bows by half a pixel, as the leaf of the door in plan_1bit did."""
-
     ink_pixels_max: int = 500_000
     """Most pixels of a picture in which dots and thin lines get their ink back: so many take 280 MB and 3 s."""
 

@@ -39,8 +39,6 @@ class Nodes:
         point: the node [N, 2]; a corner lies outside of the rounded outline.
         direction: unit vector along the outline [N, 2]; of a corner, the mean of both sides.
         is_corner: corners [N].
-        trim: samples beside the node that say nothing about the curves, because they are rounded off [N].
-        doubt: how uncertain the direction is [N]: 1 usually, more beside corners.
     """
 
     first: Integers
@@ -48,8 +46,6 @@ class Nodes:
     point: Floats
     direction: Floats
     is_corner: Mask
-    trim: Integers
-    doubt: Floats
 
 
 _LoopNodes = tuple[NDArray[Any], ...]
@@ -141,16 +137,12 @@ def _corners(xy: Floats, step: float, places: Integers) -> _LoopNodes:
         behind = _where_sharp(turn, far_behind, behind)
     reach = min(CURVES.corner_reach_max, CURVES.corner_reach_share * len(xy) * step)
     point = _intersections(xy, ahead, behind, chosen, reach)
-    half = np.maximum((np.pi - turn) / 2.0, 0.05)
-    trim = np.clip(CURVES.trim_min * (0.7 + 0.3 / np.tan(half)), CURVES.trim_min, CURVES.trim_max) / step
     direction = unit(ahead.away - behind.away)
     ends = stroke_ends(xy, step, chosen, turn)
     chosen = np.concatenate([chosen[ends.is_kept], ends.sample.ravel()])
     point = np.concatenate([point[ends.is_kept], ends.point.reshape(-1, 2)])
     direction = np.concatenate([direction[ends.is_kept], ends.direction.reshape(-1, 2)])
-    trim = np.concatenate([trim[ends.is_kept], np.full(ends.sample.size, CURVES.trim_min / step)])
-    ones = np.ones(len(chosen))
-    return chosen, point, direction, ones.astype(bool), np.rint(trim).astype(np.int64), ones
+    return chosen, point, direction, np.ones(len(chosen), bool)
 
 
 def sides_of(xy: Floats, chosen: Integers | None = None) -> tuple[Side, Side]:
@@ -218,9 +210,7 @@ def _intersections(xy: Floats, ahead: Side, behind: Side, chosen: Integers, reac
 def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> _LoopNodes:
     count = len(xy)
     length = count * step
-    spacing = np.clip(
-        length * CURVES.spacing_share, CURVES.spacing_min, max(CURVES.spacing_max, length * CURVES.large_share)
-    )
+    spacing = np.clip(length * CURVES.spacing_share, CURVES.spacing_min, CURVES.spacing_max)
     places = np.rint(np.arange(0, count, spacing / step)).astype(np.int64)
     distance = _distance_on_cycle(places[places < count], corners, count)
     places, distance = places[places < count][distance > CURVES.corner_gap], distance[distance > CURVES.corner_gap]
@@ -230,8 +220,7 @@ def _smooth_nodes(xy: Floats, step: float, corners: Integers) -> _LoopNodes:
     parabola = np.einsum("kl,nlc->nkc", _parabola(offsets), near)
     is_near = distance <= reach
     point = np.where(is_near[:, None], xy[places], parabola[:, 0])
-    zeros = np.zeros(len(places), np.int64)
-    return places, point, unit(parabola[:, 1]), zeros.astype(bool), zeros, np.where(is_near, 3.0, 1.0)
+    return places, point, unit(parabola[:, 1]), np.zeros(len(places), bool)
 
 
 def _parabola(offsets: Integers) -> Floats:
