@@ -187,7 +187,7 @@ def _words(chain: Chain, kind: int, ways: Floats, first: Integers, last: Integer
         off = angle_between(ways[:, side], chain.along[place])
         is_free = chain.is_corner[place]
         saved += np.where(is_free | (off > smooth), 0.0, 0.5)
-        kinks += np.where(is_free | (off <= smooth), 0.0, 0.5 * KINK)
+        kinks += np.where(is_free | (off <= smooth), 0.0, 0.5 * (NUMBERS[CUBIC] + WORD if chain.is_traced else KINK))
     if kind == LINE:
         tilt = np.minimum(*np.abs(ways[:, 0]).T)
         saved = np.maximum(saved, tilt <= np.sin(np.radians(LEVEL_DEGREES)))
@@ -205,7 +205,26 @@ def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Float
     begin, end = (chain.shared_parameters[each][:, None] for each in (first, last))
     parameters = (shared - begin) / (end - begin)
     found = fit_cubics(chain.points[first], chain.points[last], points, parameters, CURVES.precise_plan)
-    return found.handles, np.where(np.isnan(found.square), np.inf, found.square) * length
+    square = np.where(np.isnan(found.square), np.inf, found.square)
+    ways = unit(np.stack([found.handles[:, 0] - chain.points[first], chain.points[last] - found.handles[:, 1]], 1))
+    ends = np.stack([first, last], 1)
+    off = np.where(chain.is_corner[ends], 0.0, np.radians(angle_between(ways, chain.along[ends])))
+    # A handle that turns by 1 moves its cubic by the length times t (1 - t)^2 in the other direction.
+    turned = (off**2).sum(1) * length**2 / 105.0
+    bend = _bend_square(chain.turn_between(first, last), length)
+    return found.handles, (square + np.minimum(turned, bend)) * length
+
+
+def _bend_square(turn: Floats, length: Floats) -> Floats:
+    """Return the mean squared distance from arcs that ``turn`` [B] radians to cubics with their directions at the ends.
+
+    A cubic without neighbours comes nearer, by other directions. The largest distance over the radius is that of
+    Goldapp (1991); along the arc it comes and goes twice, about as a squared sine.
+    """
+    quarter = np.minimum(np.abs(turn), 2.0 * np.pi - 1e-3) / 4.0
+    off = 2.0 / 27.0 * np.sin(quarter) ** 6 / np.cos(quarter) ** 2 * length / np.maximum(np.abs(turn), 1e-9)
+    found: Floats = 3.0 / 8.0 * off**2
+    return found
 
 
 def numbers_of(parts: list[Part]) -> float:
@@ -291,26 +310,33 @@ def _arcs(offers: _Offers, moments: _Moments, most: Floats) -> None:
 
 
 def _cheapest(offers: _Offers) -> list[Part]:
-    """Return the parts of the cheapest way from the first point of the chain to the last."""
+    """Return the parts of the cheapest way from the first point of the chain to the last.
+
+    Two lines that meet away from a corner have a kink, though each may go on smoothly into something else.
+    """
     chain, first, prices = offers.chain, offers.first, offers.prices
-    count, lowest = len(chain.points), prices.min(0)
+    count = len(chain.points)
     begins = np.searchsorted(first, np.arange(count))
-    so_far, chosen = np.full(count, np.inf), np.zeros(count, np.int64)
-    so_far[0] = 0.0
+    by_end = np.stack([prices[LINE], prices[[ARC, CUBIC]].min(0)])  # prices of parts that are a line, or are none
+    so_far, chosen, after = np.full((2, count), np.inf), np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
+    so_far[1, 0] = 0.0
     for begin, (start, stop) in enumerate(pairwise(begins.tolist())):
         reached = slice(begin + 1, begin + 1 + stop - start)
-        total = so_far[begin] + lowest[start:stop]
-        is_less = total < so_far[reached]
-        so_far[reached][is_less], chosen[reached][is_less] = total[is_less], begin
-    parts, at = list[Part](), count - 1
+        before = so_far[:, begin] + [[0.0 if chain.is_corner[begin] else KINK + SAVED_MAX, 0.0], [0.0, 0.0]]
+        for kind, previous in enumerate(before.argmin(1).tolist()):
+            total = before[kind, previous] + by_end[kind, start:stop]
+            is_less = total < so_far[kind, reached]
+            so_far[kind, reached][is_less], chosen[kind, reached][is_less] = total[is_less], begin
+            after[kind, reached][is_less] = previous
+    parts, at, end = list[Part](), count - 1, int(so_far[:, -1].argmin())
     while at > 0:
-        begin = int(chosen[at])
+        begin = int(chosen[end, at])
         row = int(begins[begin]) + at - begin - 1
-        kind = int(np.argmin(prices[:, row]))
+        kind = LINE if end == 0 else int(1 + np.argmin(prices[1:, row]))
         handles = offers.handles.get(row) if kind == CUBIC else None
         ways = chain.along[[begin, at]] if kind == CUBIC and handles is None else offers.ways[kind, row]
         parts.append(Part(kind, begin, at, ways, float(offers.bulge[row]), handles))
-        at = begin
+        at, end = begin, int(after[end, at])
     return parts[::-1]
 
 

@@ -35,7 +35,11 @@ END = 3.0
 """Weight of the ends of open chains: a cap is as wide as some pixels of outline."""
 
 STAY = 0.02
-"""Weight by which a number stays where it is in a step: what nothing else holds, such as nodes along a line."""
+"""Weight by which a number stays where it is: what nothing else holds, such as nodes along a line."""
+
+DAMPING = 0.2
+"""Weight by which a number stays where it is in a step. Nodes that slide along an arc by pixels leave their smooth
+joints: with 0.02, two halves of a circle turn back and forth by a degree."""
 
 STEP = 1e-5
 """Change of a number in pixels by which derivatives are measured."""
@@ -115,7 +119,7 @@ def solved(sketch: Sketch, rounds: int = ROUNDS) -> None:
     free[basis[held].indices] = sketch.numbers[held]
     moves = _moves(sketch, basis)
     sketch.numbers = basis @ free
-    stay = STAY**2 * sparse.eye(moves.shape[1], format="csr")
+    stay = DAMPING**2 * sparse.eye(moves.shape[1], format="csr")
     for _ in range(rounds if moves.shape[1] else 0):
         residual, slopes = _equations(sketch)
         slopes = slopes @ moves

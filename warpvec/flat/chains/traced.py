@@ -9,7 +9,7 @@ import numpy as np
 
 from warpvec.arrays import Floats
 from warpvec.flat.chains.chain import Chain
-from warpvec.flat.chains.saying import LoopRows, has_size, said_rows
+from warpvec.flat.chains.saying import SIZE_MIN, LoopRows, has_size, said_rows
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.outline_nodes import Nodes, find_nodes, roughness, sample_loops
 from warpvec.flat.price import number_nats
@@ -85,5 +85,7 @@ def _short_rows(nodes: Nodes) -> list[LoopRows]:
         leaving = np.where(is_corner, third, reach * way)
         arriving = np.where(np.roll(is_corner, -1, axis=0), third, reach * np.roll(way, -1, axis=0))
         rows = np.stack([start, start + leaving, start + 3.0 * third - arriving], 1)
+        has_length = reach[:, 0] > SIZE_MIN  # two corners may be found at one place
+        rows = rows[has_length] if has_length.any() else rows
         found.append((rows, np.zeros(len(rows), bool)))
     return found

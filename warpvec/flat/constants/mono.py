@@ -80,12 +80,12 @@ class MonoConstants:
 
     letter_side: float = 24.0
     full_width: float = 2.5
-    thin_tolerance: float = 0.1
+    thin_tolerance: float = 0.14
     """Longer side in pixels of an outline that may be a letter; its mean width in pixels from which it has the whole
     tolerance. Thinner ones have less in proportion, but not less than the third: a stroke of one pixel that may move by
     0.4 on either side becomes a spindle. The long lines of an engraving would follow the steps of their staircases."""
 
-    staircase_tolerance: float = 0.4
+    staircase_tolerance: float = 0.56
     """Tolerance in pixels for pictures of two levels: an edge may lie anywhere within a pixel of a staircase. With 0.5,
     plan_1bit has a fifth fewer segments, but its letters of 12 px get spindles for stems."""
 

@@ -127,7 +127,8 @@ def _corners(xy: Floats, step: float, places: Integers) -> _LoopNodes:
     ahead, behind = sides_of(xy, places)
     turn = np.zeros(len(xy))
     turn[places] = turns_of(ahead, behind)
-    is_chosen = (_is_peak(turn) & (turn > CURVES.corner_turn_min))[places]
+    even = 2 * CURVES.corner_gap * 2.0 * np.pi / len(xy)  # what a circle of this length turns between both sides
+    is_chosen = (_is_peak(turn) & (turn > even + CURVES.corner_turn_min))[places]
     chosen = places[is_chosen]
     turn = turn[chosen]
     ahead, behind = (Side(side.point[is_chosen], side.away[is_chosen]) for side in (ahead, behind))
