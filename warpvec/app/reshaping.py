@@ -167,10 +167,11 @@ def to_stroke(text: str, scene: Scene) -> Reshaped | str:
     image = torch.from_numpy(read_image(png_bytes(draw(text)), name="shape"))
     config = FitConfig()
     white = replace(scene.outlined(), background=torch.ones(3), transparent=False)
-    found = find_strokes(white, Critic(image, config), Watch(), STROKE_DETAIL)
+    white = replace(white, generation=torch.arange(len(white)))
+    apart, found = find_strokes(white, Critic(image, config), Watch(), STROKE_DETAIL, len(white))
     if not found:
         return "This shape is no stroke: no line of one width draws it with fewer numbers."
-    return Reshaped(_written(with_strokes(white, found), text))
+    return Reshaped(_written(with_strokes(apart, found), text))
 
 
 # Forms

@@ -20,19 +20,20 @@ from warpvec.geometry.scene import Scene
 from warpvec.geometry.strokes import BUTT, ROUND
 
 
-def stroke_candidates(scene: Scene) -> dict[int, Stroke]:
-    """Return the paths of a scene of filled cubics that may be strokes, by their generation.
+def stroke_candidates(scene: Scene, generation_count: int) -> dict[int, Stroke]:
+    """Return the connected parts of the paths of a scene of filled cubics that may be strokes.
 
-    Paths of very many segments are left out.
+    They go by the generation that each has as a path of its own; see `set_apart`. Paths of very many segments are left
+    out.
     """
-    found = {}
+    found = dict[int, Stroke]()
     counts = torch.bincount(scene.structure.segment_path, minlength=len(scene)).tolist()
     for path in range(len(scene)):
         is_flat = scene.gradients is None or int(scene.gradients.kind[path]) == FLAT
         is_tried = is_flat and counts[path] <= STROKES.segments_max
-        stroke = _candidate(scene.select(torch.tensor([path]))) if is_tried else None
-        if stroke is not None:
-            found[int(scene.generation[path])] = stroke
+        strokes = _candidates(scene.select(torch.tensor([path]))) if is_tried else []
+        own = int(scene.generation[path]) + generation_count
+        found |= {own + k * generation_count: stroke for k, stroke in enumerate(strokes)}
     return found
 
 
@@ -65,22 +66,20 @@ class _Part(NamedTuple):
         return bool(self.lines) and self.length >= least * self.width
 
 
-def _candidate(scene: Scene) -> Stroke | None:
-    """Return the stroke of a scene of one path, or of some of its parts; None if it is no stroke."""
+def _candidates(scene: Scene) -> list[Stroke]:
+    """Return the parts of a scene of one path that may be strokes, which look alike."""
     control, loop = control_points(scene), segment_loops(scene)
     areas = loop_areas(control, loop, scene.structure.loop_count)
     parts = [_part(control, loop, areas, loops) for loops in _components(control, loop, areas)]
     widths = [part.width for part in parts if part.is_long]
     if not widths:
-        return None
+        return []
     common = float(np.median(widths))
     alike = [p for p in parts if p.lines and abs(p.width - common) <= STROKES.width_error * common]
     cap = _most([part.cap for part in alike if part.has_ends], BUTT)
     chosen = [part for part in alike if part.cap == cap or not part.has_ends]
     join = _most([part.join for part in chosen if part.is_long], ROUND)
-    lines = [line for part in chosen for line in part.lines]
-    loops = [number for part in chosen for number in part.loops]
-    return Stroke(loops, lines, common, cap, join, [None] * len(lines)) if lines else None
+    return [Stroke(part.loops, part.lines, common, cap, join, [None] * len(part.lines)) for part in chosen]
 
 
 def _most(kinds: list[int], otherwise: int) -> int:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from warpvec.arrays import Floats32, Integers, Mask
-from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.critic import Critic
@@ -16,17 +15,19 @@ from warpvec.flat.simplification.local_error import errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
-from warpvec.flat.strokes.stroke import Stroke, read_back, with_shared_looks, with_strokes
+from warpvec.flat.strokes.stroke import Stroke, read_back, set_apart, with_shared_looks, with_strokes
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
 from warpvec.watch.decisions import are_wanted, box_of
 from warpvec.watch.watch import Watch
 
 
-def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> dict[int, Stroke]:
-    """Return the paths of ``scene`` that are strokes, by their generation, fitted to the picture.
+def find_strokes(
+    scene: Scene, critic: Critic, watch: Watch, detail: float, generation_count: int
+) -> tuple[Scene, dict[int, Stroke]]:
+    """Return ``scene`` with the parts that are strokes in paths of their own, and these strokes by their generation.
 
-    A shape is one if most of its outline has the same distance from the other side. Its centre lines are fitted with
+    The strokes are fitted to the picture. A connected shape is one if most of its outline has the same distance from the other side. Its centre lines are fitted with
     the rest of the drawing. It stays a shape if its file would need hardly fewer numbers, or if the squared error near
     it rises by more than an outline costs that moves by ``detail``.
 
@@ -35,10 +36,15 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
         critic: judges the changes against the image.
         watch: the watch over the run.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
+        generation_count: more than any generation; that of a stroke is that of its path, and some times as many.
     """
-    tried = {} if watch.is_over() else stroke_candidates(scene)
-    if not tried:
-        return {}
+    tried = {} if watch.is_over() else stroke_candidates(scene, generation_count)
+    found = _accepted(set_apart(scene, tried, generation_count), tried, critic, watch, detail) if tried else {}
+    return (set_apart(scene, found, generation_count) if found else scene), found
+
+
+def _accepted(scene: Scene, tried: dict[int, Stroke], critic: Critic, watch: Watch, detail: float) -> dict[int, Stroke]:
+    """Return those of the strokes that are ``tried`` that the picture accepts; see `find_strokes`."""
     judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic)
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
     found = judge.hopeful_verdict(drawn, tried, detail, watch)
@@ -156,12 +162,8 @@ class _Judge:
 
     def _replaced(self, strokes: dict[int, Stroke]) -> dict[int, Mask]:
         """Return the rows that each of the strokes replaces."""
-        loop, first = segment_loops(self.scene), self.scene.structure.path_first_loop.tolist()
-        return {
-            generation: np.isin(loop, first[path] + np.array(strokes[generation].loops))
-            for path, generation in enumerate(self.scene.generation.tolist())
-            if generation in strokes
-        }
+        owner = self.scene.generation[self.scene.structure.segment_path.long()].numpy()
+        return {generation: owner == generation for generation in strokes}
 
     def _moved(self, rise: Floats32, replaced: dict[int, Mask]) -> dict[int, float]:
         """Return how far the outlines of the rows [R] of each path seem to have moved, as a root mean square in pixels.
