@@ -27,9 +27,9 @@ def find_strokes(
 ) -> tuple[Scene, dict[int, Stroke]]:
     """Return ``scene`` with the parts that are strokes in paths of their own, and these strokes by their generation.
 
-    The strokes are fitted to the picture. A connected shape is one if most of its outline has the same distance from the other side. Its centre lines are fitted with
-    the rest of the drawing. It stays a shape if its file would need hardly fewer numbers, or if the squared error near
-    it rises by more than an outline costs that moves by ``detail``.
+    The strokes are fitted to the picture. A connected shape is one if most of its outline has the same distance from
+    the other side. Its centre lines are fitted with the rest of the drawing. It stays a shape if its file would need
+    hardly fewer numbers, or if the squared error near it rises by more than an outline costs that moves by ``detail``.
 
     Args:
         scene: a scene of filled cubics, fitted to the image, with another generation for each path.
