@@ -165,7 +165,7 @@ def to_stroke(text: str, scene: Scene) -> Reshaped | str:
     if scene.strokes is not None and bool(scene.strokes.is_stroked.any()):
         return "This shape is a stroke already."
     image = torch.from_numpy(read_image(png_bytes(draw(text)), name="shape"))
-    config = FitConfig()
+    config = FitConfig(strokes="all")
     white = replace(scene.outlined(), background=torch.ones(3), transparent=False)
     white = replace(white, generation=torch.arange(len(white)))
     apart, found = find_strokes(white, Critic(image, config), Watch(), STROKE_DETAIL, len(white))

@@ -178,7 +178,7 @@ class FlatDrawing:
             scene = regularize(scene, self.critic, watch, detail)
             watch.tell("looking for lines and circles")
             # A file of parts without overlaps has outlines only.
-            is_wanted = self.config.strokes == "auto" and not self.config.cutout
+            is_wanted = self.config.strokes != "off" and not self.config.cutout
             count, strokes = len(self.outlines.traced), dict[int, Stroke]()
             if is_wanted:
                 scene, strokes = find_strokes(scene, self.critic, watch, fine, count)

@@ -58,11 +58,21 @@ def test_rings_are_stroked_circles_and_rectangles() -> None:
 
 
 def test_bars_and_sharp_corners_have_butt_caps_and_miters() -> None:
-    scene = drawn(stroke("M20 104L64 24L108 104", 8, 'stroke-miterlimit="9"'))
+    scene = drawn(ARROW, replace(CONFIG, strokes="all"))
     assert scene.strokes is not None and lines_of(scene) == 1
     assert (int(scene.strokes.cap), int(scene.strokes.join)) == (BUTT, MITER)
     assert len(scene.segments) == 3
 
+
+def test_wide_bars_stay_outlines_unless_a_round_pen_shows() -> None:
+    assert drawn(ARROW).strokes is None
+    ring = '<circle cx="64" cy="90" r="20" fill="none" stroke="#123" stroke-width="8"/>'
+    assert drawn('<rect x="20" y="10" width="88" height="8" fill="#123"/>' + ring).strokes is None
+    scene = drawn(stroke("M20 14H108", 8) + ring)
+    assert scene.strokes is not None and lines_of(scene) == 2
+
+
+ARROW = stroke("M20 104L64 24L108 104", 8, 'stroke-miterlimit="9"')
 
 SHAPES = {
     "a blob": '<path d="M30 40C60 10 110 30 100 70S40 120 26 90S16 54 30 40z"/>',

@@ -195,7 +195,9 @@ class _Numbers(NamedTuple):
         """Return those of a solved ``sketch``. Where slanted parts meet smoothly, a node follows from other numbers."""
         ends = np.concatenate([columns[:4] for columns in sketch.columns])
         nodes = np.setdiff1d(np.append(ends, np.array([*sketch.axes.values()], np.int64)), _slanted_joints(sketch))
-        arcs = sketch.rows_of_kind(ARC)
+        freed = sketch.freed
+        nodes = np.setdiff1d(nodes, np.concatenate([nodes[:0], *(sketch.columns[part][:4] for part in freed)]))
+        arcs = np.setdiff1d(sketch.rows_of_kind(ARC), freed)
         known = [radius_slopes(sketch, arc) for arc in arcs.tolist()]
         rows = np.concatenate([np.arange(len(nodes)), len(nodes) + np.repeat(np.arange(len(arcs)), SIZES[ARC])])
         columns = np.concatenate([nodes, *(sketch.columns[arc] for arc in arcs)])

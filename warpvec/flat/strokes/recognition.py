@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,7 +39,9 @@ def find_strokes(
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
         generation_count: more than any generation; that of a stroke is that of its path, and some times as many.
     """
-    tried = {} if watch.is_over() else stroke_candidates(scene, generation_count)
+    share = math.inf if critic.config.strokes == "all" else STROKES.outline_share
+    outline_width = share * max(critic.image.shape[:2])
+    tried = {} if watch.is_over() else stroke_candidates(scene, generation_count, outline_width)
     found = _accepted(set_apart(scene, tried, generation_count), tried, critic, watch, detail) if tried else {}
     return (set_apart(scene, found, generation_count) if found else scene), found
 
