@@ -11,6 +11,7 @@ import numpy as np
 from warpvec.arrays import Floats32, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
@@ -51,7 +52,8 @@ def _accepted(scene: Scene, tried: dict[int, Stroke], critic: Critic, watch: Wat
     judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic)
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
     found = judge.hopeful_verdict(drawn, tried, detail, watch)
-    attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail) for path in found.hopeful}
+    nats = number_nats(max(critic.image.shape[:2]))
+    attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail, nats) for path in found.hopeful}
     known: dict[Any, _Verdict] = {}  # simpler lines are often those of the attempt before
     while any(not attempt.is_over for attempt in attempts.values()) and not watch.is_over():
         tried = {path: attempt.stroke for path, attempt in attempts.items() if attempt.stroke is not None}
@@ -61,7 +63,7 @@ def _accepted(scene: Scene, tried: dict[int, Stroke], critic: Critic, watch: Wat
             known[key] = judge.verdict(drawn, tried, detail)
         found = known[key]
         for path in tried:
-            attempts[path] = attempts[path].after(found.fitted[path], found.of(path), found.rise, detail)
+            attempts[path] = attempts[path].after(found.fitted[path], found.of(path), found.rise)
     best = with_shared_looks({path: each.best for path, each in attempts.items() if each.best is not None})
     if not best or watch.is_over():
         return best
