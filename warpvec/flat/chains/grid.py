@@ -293,10 +293,17 @@ def share_on_halves(values: Floats, unit: float) -> float:
 def arcs_of(scene: Scene) -> tuple[Mask, Mask, Floats]:
     """Return which rows [S] of ``scene`` are arcs, which go on with the arc of the row before, and their radii [S]."""
     control, structure = whole_curves(scene).double().numpy(), scene.structure
+    return arcs_among(control, structure.segment_next.numpy(), ~structure.end_rows.numpy())
+
+
+def arcs_among(control: Floats, after: Integers, is_shown: Mask | bool = True) -> tuple[Mask, Mask, Floats]:
+    """Return which curves [S, 4, 2] are arcs, which go on with the arc of the curve before, and their radii [S].
+
+    ``after`` is the curve after each [S]; those that are not shown [S] are no arcs.
+    """
     x, y, radius = own_circles(control[:, :3], control[:, 3])
-    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & ~structure.end_rows.numpy()
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & is_shown
     circle = np.stack([x, y, radius], 1)
-    after = structure.segment_next.numpy()
     goes_on = np.zeros(len(control), bool)
     goes_on[after] = is_arc & is_arc[after] & (np.abs(circle - circle[after]).max(1) <= SAME_CIRCLE)
     return is_arc, goes_on, radius

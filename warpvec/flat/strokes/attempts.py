@@ -19,14 +19,21 @@ from warpvec.flat.strokes.line_fitting import Rows, cost_of, curves_of
 from warpvec.flat.strokes.round_corners import corners_of, with_round_corners
 from warpvec.flat.strokes.stroke import Stroke
 
+_EXACT = -1
+"""Which of ``STROKES.again_shares`` says lines again that match the picture already: the finest."""
+
 _SAMPLES = 16
 """Points of a curve at which its distance from others is taken."""
 
 
 class Match(Enum):
-    """How well a stroke matches the picture: not, well enough, or without a difference that shows."""
+    """How well a stroke matches the picture: not, well enough, or without a difference that shows.
+
+    One that is `LONG` does so too, but takes more numbers than its outline.
+    """
 
     REFUSED = auto()
+    LONG = auto()
     ACCEPTED = auto()
     CLOSE = auto()
 
@@ -43,7 +50,7 @@ class Attempt:
         best: the best one so far, fitted to the picture; None if there is none. Of those that match it without a
             difference it is the simplest, and otherwise the last that the picture accepts: that has the most freedom.
         is_close: whether the best one matches without a difference.
-        level: which of ``STROKES.again_shares`` said how far its lines may move.
+        level: which of ``STROKES.again_shares`` said how far its lines may move. After these they have twice the rows.
         rise: by how much the error [h, w] rose with sharp corners; None before that is known.
     """
 
@@ -86,11 +93,14 @@ class Attempt:
         if match is Match.CLOSE:
             return replace(self, best=fitted, is_close=True)._with(self._simpler(fitted))
         best = fitted if match is Match.ACCEPTED and not self.is_close else self.best
-        if self.level + 1 == len(STROKES.again_shares):
+        if match is Match.LONG and (shorter := self._simpler(fitted, _EXACT)).cost < fitted.cost:
+            return replace(self, next=shorter, best=best)
+        level, count = self.level + 1, len(STROKES.again_shares)
+        sharp = rise if self.rise is None else self.rise
+        if level > count:
             return replace(self, next=None, best=best)
-        sharp, level = rise if self.rise is None else self.rise, self.level + 1
-        found = _rounded(self._simpler(self.first, level), sharp)
-        return replace(self, level=level, rise=sharp, best=best)._with(found)
+        free = fitted.with_halves() if level == count else _rounded(self._simpler(self.first, level), sharp)
+        return replace(self, level=level, rise=sharp, best=best)._with(free)
 
     def _with(self, stroke: Stroke) -> Attempt:
         """Return this with another stroke to try, unless the best one matches as well and is as simple."""

@@ -6,9 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask, reached
+from warpvec.arrays import Floats, Integers, Mask, counted, reached
+from warpvec.flat.chains.grid import arcs_among
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.curves.cubic_fitting import fit_lengths
+from warpvec.flat.cutting.cut_edges import between
+from warpvec.flat.price import ARC, CUBIC, LINE
 
 _SAMPLES = 16
 """Points of a part of the line to which a piece is compared."""
@@ -73,8 +76,24 @@ def curves_of(rows: Rows) -> Floats:
 
 def cost_of(rows: Rows) -> float:
     """Return the numbers that a file needs for the rows; the line that closes one needs none."""
-    is_line = rows.is_line[:-1] if rows.is_open or rows.is_line[-1] else rows.is_line
-    return float(np.where(is_line, STROKES.line_cost, STROKES.cubic_cost).sum())
+    curves = curves_of(rows)
+    is_arc, goes_on, _ = arcs_among(curves, np.roll(np.arange(len(curves)), -1))
+    numbers = np.where(rows.is_line[: len(curves)], LINE, np.where(is_arc, ARC, CUBIC) * ~goes_on)
+    closing = 0.0 if rows.is_open or not rows.is_line[-1] else LINE
+    return float(numbers.sum() - closing)
+
+
+def halved(rows: Rows) -> Rows:
+    """Return a centre line with both halves of each cubic; its lines stay."""
+    curves = curves_of(rows)
+    is_line = rows.is_line[: len(curves)]
+    counts = np.where(is_line, 1, 2)
+    row, number = np.repeat(np.arange(len(curves)), counts), counted(counts)
+    parts = between(curves[row], number / counts[row], (number + 1) / counts[row])[:, :3]
+    control, is_line = np.where(is_line[row][:, None, None], curves[row, :3], parts), is_line[row]
+    if rows.is_open:
+        control, is_line = np.concatenate([control, rows.control[-1:]]), np.append(is_line, True)
+    return Rows(control, is_line, rows.is_open)
 
 
 def corner_turns(curves: Floats) -> Floats:

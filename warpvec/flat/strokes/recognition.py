@@ -67,6 +67,7 @@ def _accepted(scene: Scene, tried: dict[int, Stroke], critic: Critic, watch: Wat
     best = with_shared_looks({path: each.best for path, each in attempts.items() if each.best is not None})
     if not best or watch.is_over():
         return best
+    best = {path: stroke.with_halves() for path, stroke in best.items()}
     return with_shared_looks(
         read_back(_polished(with_strokes(scene, best), critic, watch, STROKES.last_gain_min), best)
     )
@@ -92,6 +93,7 @@ class _Verdict:
         hopeless: those that are not worth a try with other lines.
         accepted: those that make the file shorter and that the picture accepts.
         close: those of these that show no difference.
+        long: those that show none either, but do not make the file shorter.
     """
 
     fitted: dict[int, Stroke]
@@ -100,6 +102,7 @@ class _Verdict:
     hopeless: set[int]
     accepted: set[int]
     close: set[int]
+    long: set[int]
 
     @property
     def hopeful(self) -> list[int]:
@@ -108,7 +111,9 @@ class _Verdict:
 
     def of(self, path: int) -> Match:
         """Return how well the stroke of a path matches the picture."""
-        return Match.CLOSE if path in self.close else Match.ACCEPTED if path in self.accepted else Match.REFUSED
+        if path in self.accepted:
+            return Match.CLOSE if path in self.close else Match.ACCEPTED
+        return Match.LONG if path in self.long else Match.REFUSED
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,15 +148,15 @@ class _Judge:
         short = {path for path in replaced if strokes[path].cost <= most[path]}
         if are_wanted():
             self._note(strokes, replaced, moved, most, detail)
-        farthest = {path: self._farthest(rise, replaced[path]) for path in short}
+        farthest = {path: self._farthest(rise, rows) for path, rows in replaced.items()}
+
+        def within(share: float, peak: float) -> set[int]:
+            return {path for path in replaced if moved[path] <= share * detail and farthest[path] <= peak * detail}
+
+        close, hopeless = within(STROKES.close_share, STROKES.close_peak), STROKES.hopeless * detail
         return _Verdict(
-            read_back(drawn, strokes), rise,
-            moved,
-            {path for path in replaced if moved[path] > STROKES.hopeless * detail},
-            {path for path in short if moved[path] <= STROKES.detail_share * detail
-             and farthest[path] <= STROKES.detail_peak * detail},
-            {path for path in short if moved[path] <= STROKES.close_share * detail
-             and farthest[path] <= STROKES.close_peak * detail},
+            read_back(drawn, strokes), rise, moved, {path for path in replaced if moved[path] > hopeless},
+            within(STROKES.detail_share, STROKES.detail_peak) & short, close & short, close - short,
         )  # fmt: skip
 
     def _note(

@@ -13,7 +13,7 @@ import torch
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.form_candidates import Candidate
 from warpvec.flat.simplification.path_removal import without_loops
-from warpvec.flat.strokes.line_fitting import Rows, cost_of
+from warpvec.flat.strokes.line_fitting import Rows, cost_of, halved
 from warpvec.geometry.forms.registry import form_of
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
@@ -49,6 +49,11 @@ class Stroke:
         """The numbers that a file needs for it."""
         rows = zip(self.lines, self.forms, strict=True)
         return sum(cost_of(line) if form is None else len(form_of(form.kind).free) for line, form in rows)
+
+    def with_halves(self) -> Stroke:
+        """Return this with two cubics for each, but for forms: a fit then follows the picture, and shows its parts."""
+        rows = zip(self.lines, self.forms, strict=True)
+        return replace(self, lines=[halved(line) if form is None else line for line, form in rows])
 
     @property
     def key(self) -> tuple[Any, ...]:
