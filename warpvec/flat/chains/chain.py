@@ -230,7 +230,8 @@ def _weights(points: Floats, boxes: Floats) -> Floats:
 
 def _are_in(points: Floats, boxes: Floats) -> Mask:
     """Return in which of ``boxes`` [B, 2, 2] each of the ``points`` [K, 2] lies, or within a pixel of it [B, K]."""
-    found: Mask = ((points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)).all(2)
+    is_in = (points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)
+    found: Mask = np.all(is_in, axis=2)
     return found
 
 
