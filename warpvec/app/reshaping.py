@@ -165,12 +165,13 @@ def to_stroke(text: str, scene: Scene) -> Reshaped | str:
     if scene.strokes is not None and bool(scene.strokes.is_stroked.any()):
         return "This shape is a stroke already."
     image = torch.from_numpy(read_image(png_bytes(draw(text)), name="shape"))
-    config = FitConfig()
+    config = FitConfig(strokes="all")
     white = replace(scene.outlined(), background=torch.ones(3), transparent=False)
-    found = find_strokes(white, Critic(image, config), Watch(), STROKE_DETAIL)
+    white = replace(white, generation=torch.arange(len(white)))
+    apart, found = find_strokes(white, Critic(image, config), Watch(), STROKE_DETAIL, len(white))
     if not found:
         return "This shape is no stroke: no line of one width draws it with fewer numbers."
-    return Reshaped(_written(with_strokes(white, found), text))
+    return Reshaped(_written(with_strokes(apart, found), text))
 
 
 # Forms

@@ -208,11 +208,11 @@ class CoreSettings:
     )  # fmt: skip
     """Cut the paths of flat art out of the paths below, so that none overlap."""
     strokes: str = setting(
-        "auto", Choice(("auto", "off")), "Flat, mono: draw lines as strokes along their middle: auto or off.",
+        "auto", Choice(("auto", "all", "off")), "Flat, mono: draw lines as strokes along their middle.",
         KIND, modes=("flat", "mono", "mixed"), is_binding=True,
     )  # fmt: skip
-    """"auto": strokes in flat art and in clean black and white art are drawn by their centre lines. "off": by their
-    outlines."""
+    """"auto": strokes in flat art and in clean black and white art are drawn by their centre lines, but for wide bars
+    with square ends or corners, unless a round pen shows. "all": these too. "off": by their outlines."""
     threshold: str = setting(
         "auto", _THRESHOLD, "Black and white: level from 0 to 255 below which a pixel is dark, or auto (Otsu's).", KIND,
         modes=("mono",), is_binding=True,

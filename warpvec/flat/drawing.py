@@ -45,7 +45,7 @@ from warpvec.flat.simplification.regularity import regularize
 from warpvec.flat.simplification.whole_levels import with_whole_levels
 from warpvec.flat.strokes.pen_dots import with_pen_dots
 from warpvec.flat.strokes.recognition import find_strokes
-from warpvec.flat.strokes.stroke import set_apart, with_strokes
+from warpvec.flat.strokes.stroke import Stroke, with_strokes
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
 from warpvec.image.colors import parse_color
@@ -178,10 +178,10 @@ class FlatDrawing:
             scene = regularize(scene, self.critic, watch, detail)
             watch.tell("looking for lines and circles")
             # A file of parts without overlaps has outlines only.
-            is_wanted = self.config.strokes == "auto" and not self.config.cutout
-            strokes = find_strokes(scene, self.critic, watch, fine) if is_wanted else {}
-            count = len(self.outlines.traced)
-            scene, strokes = set_apart(scene, strokes, count)
+            is_wanted = self.config.strokes != "off" and not self.config.cutout
+            count, strokes = len(self.outlines.traced), dict[int, Stroke]()
+            if is_wanted:
+                scene, strokes = find_strokes(scene, self.critic, watch, fine, count)
             is_stroke = torch.isin(scene.generation, torch.tensor(list(strokes), dtype=torch.int64))
             scene = with_strokes(find_forms(scene, self.critic, watch, detail, is_stroke.numpy()), strokes)
             scene = replace(scene, generation=scene.generation % count)

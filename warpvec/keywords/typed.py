@@ -26,8 +26,8 @@ class Keywords(TypedDict, total=False):
     """Drawings: how far outlines may move, in pixels."""
     cutout: bool
     """Flat: make no overlaps, for cutters and plotters."""
-    strokes: Literal["auto", "off"]
-    """Flat, mono: draw lines as strokes along their middle: auto or off."""
+    strokes: Literal["auto", "all", "off"]
+    """Flat, mono: draw lines as strokes along their middle."""
     threshold: int | str
     """Black and white: level from 0 to 255 below which a pixel is dark, or auto (Otsu's)."""
     line_width: float | str

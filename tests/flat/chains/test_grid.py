@@ -90,3 +90,17 @@ def test_the_bulge_of_a_radius_is_that_of_the_arc_with_it(bulge: float):
     assert abs(bulge_of(numbers, radius) - bulge) < 1e-9
     assert abs(bulge_of(numbers, 4.9)) == 1.0  # the chord is 10
     assert bulge_of(np.array([1.0, 2.0, 1.0, 2.0, bulge]), 3.0) == bulge
+
+
+def test_a_part_in_a_freed_box_leaves_the_grid_and_the_others_stay():
+    corners = UNIT * np.array([[2.0, 2.0], [20.0, 2.0], [20.0, 9.0], [2.0, 9.0]]) + 0.04
+    curves = np.concatenate([line(a, b) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)])
+    top = np.array([[corners[0] - 1.0, corners[1] + 1.0]])
+    places = []
+    for chain in (Chain.of(curves, True), Chain.of(curves, True).freed_in(top)):
+        sketch = sketch_of([parted(chain, 0.05, NATS)], 0.05)
+        hold_grid(sketch, Grid(UNIT, 24, np.array([0.9, 0.05, 0.02, 0.02, 0.01]), 0.1, 100.0))
+        places.append(np.sort(sketch.numbers.reshape(-1, 2)[:, 1]) / UNIT)
+    on_grid, freed = places
+    assert np.allclose(on_grid, [2, 2, 9, 9], atol=1e-6)
+    assert np.allclose(freed[2:], 9, atol=1e-6) and (freed[:2] > 2.001).all()

@@ -21,19 +21,22 @@ def _ring() -> Stroke:
 
 
 def test_a_ring_that_the_picture_refuses_is_tried_until_the_ladder_ends() -> None:
-    attempt = Attempt.of(_ring(), Match.REFUSED, 0.1)
+    attempt = Attempt.of(_ring(), Match.REFUSED, 0.1, 8.5)
     tried = 0
     while not attempt.is_over:
         assert attempt.stroke is not None and attempt.stroke.forms[0] is not None  # no corner could be round
-        attempt, tried = attempt.after(attempt.stroke, Match.REFUSED, NO_RISE, 0.1), tried + 1
+        attempt, tried = attempt.after(attempt.stroke, Match.REFUSED, NO_RISE), tried + 1
     assert attempt.best is None and tried > 1
 
 
-def test_what_is_only_accepted_stays_until_a_closer_one_is_found() -> None:
-    attempt = Attempt.of(_ring(), Match.ACCEPTED, 0.1)
+def test_of_what_is_only_accepted_the_last_stays_until_one_is_close() -> None:
+    attempt = Attempt.of(_ring(), Match.ACCEPTED, 0.1, 8.5)
     assert attempt.best is not None and not attempt.is_over
-    first, attempt = attempt.best, attempt.after(_ring(), Match.ACCEPTED, NO_RISE, 0.1)
-    assert attempt.best is first and not attempt.is_close
-    better = _ring()
-    attempt = attempt.after(better, Match.CLOSE, NO_RISE, 0.1)
-    assert attempt.best is better and attempt.is_close
+    freer = _ring()
+    attempt = attempt.after(freer, Match.ACCEPTED, NO_RISE)
+    assert attempt.best is freer and not attempt.is_close
+    attempt = attempt.after(_ring(), Match.REFUSED, NO_RISE)
+    assert attempt.best is freer
+    close = _ring()
+    attempt = attempt.after(close, Match.CLOSE, NO_RISE)
+    assert attempt.best is close and attempt.is_close

@@ -24,9 +24,9 @@ from warpvec.rendering.operator import render
 
 def test_a_path_of_very_many_segments_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = drawn(stroke("M20 30H110", 9), replace(CONFIG, strokes="off"))
-    assert len(candidates.stroke_candidates(scene)) == 1
+    assert len(candidates.stroke_candidates(scene, 1)) == 1
     monkeypatch.setattr(candidates, "STROKES", replace(STROKES, segments_max=len(scene.segments) - 1))
-    assert not candidates.stroke_candidates(scene)
+    assert not candidates.stroke_candidates(scene, 1)
 
 
 def test_a_hook_is_one_line_with_its_width_and_ends() -> None:
@@ -58,11 +58,21 @@ def test_rings_are_stroked_circles_and_rectangles() -> None:
 
 
 def test_bars_and_sharp_corners_have_butt_caps_and_miters() -> None:
-    scene = drawn(stroke("M20 104L64 24L108 104", 8, 'stroke-miterlimit="9"'))
+    scene = drawn(ARROW, replace(CONFIG, strokes="all"))
     assert scene.strokes is not None and lines_of(scene) == 1
     assert (int(scene.strokes.cap), int(scene.strokes.join)) == (BUTT, MITER)
     assert len(scene.segments) == 3
 
+
+def test_wide_bars_stay_outlines_unless_a_round_pen_shows() -> None:
+    assert drawn(ARROW).strokes is None
+    ring = '<circle cx="64" cy="90" r="20" fill="none" stroke="#123" stroke-width="8"/>'
+    assert drawn('<rect x="20" y="10" width="88" height="8" fill="#123"/>' + ring).strokes is None
+    scene = drawn(stroke("M20 14H108", 8) + ring)
+    assert scene.strokes is not None and lines_of(scene) == 2
+
+
+ARROW = stroke("M20 104L64 24L108 104", 8, 'stroke-miterlimit="9"')
 
 SHAPES = {
     "a blob": '<path d="M30 40C60 10 110 30 100 70S40 120 26 90S16 54 30 40z"/>',
@@ -85,13 +95,19 @@ def test_a_candidate_that_is_no_stroke_spoils_no_other(monkeypatch: pytest.Monke
     found = recognition.stroke_candidates
     bar = Rows(np.array([[[40.0, 100.0]] * 3, [[80.0, 100.0]] * 3]), np.array([True, True]), True)
 
-    def with_blob(scene: Scene) -> dict[int, Stroke]:
-        strokes = found(scene)
-        (blob,) = {*scene.generation.tolist()} - {*strokes}
-        return {**strokes, blob: Stroke([0], [bar], 12.0, ROUND, ROUND, [None])}
+    def with_blob(scene: Scene, count: int) -> dict[int, Stroke]:
+        strokes = found(scene, count)
+        (blob,) = {*scene.generation.tolist()} - {own % count for own in strokes}
+        return {**strokes, blob + count: Stroke([0], [bar], 12.0, ROUND, ROUND, [None])}
 
     monkeypatch.setattr(recognition, "stroke_candidates", with_blob)
     scene = drawn(SHAPES["a blob"].replace("<path", '<path fill="#bbb"') + stroke("M20 60C50 50 70 90 108 70", 6))
+    assert scene.strokes is not None and sorted(scene.strokes.width.tolist()) == pytest.approx([0.0, 6.0], abs=0.1)
+
+
+def test_a_part_that_is_no_stroke_spoils_no_other_of_its_color() -> None:
+    blob = SHAPES["a blob"].replace("<path", '<path fill="#123" transform="scale(.5)"')
+    scene = drawn(blob + stroke("M20 90C50 80 70 120 108 100", 6))
     assert scene.strokes is not None and sorted(scene.strokes.width.tolist()) == pytest.approx([0.0, 6.0], abs=0.1)
 
 

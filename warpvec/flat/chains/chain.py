@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -93,6 +93,7 @@ class Chain:
         shown: how well the picture shows it; None for well everywhere.
         is_traced: whether its curves are short pieces along a traced outline. Parts may pass its corners then, which
             are only supposed.
+        freed: boxes [B, 2, 2] in which its parts have numbers of their own, off any grid; None for none.
     """
 
     curves: Floats
@@ -110,6 +111,7 @@ class Chain:
     cover: Cover | None = None
     shown: Shown | None = None
     is_traced: bool = False
+    freed: Floats | None = None
 
     @staticmethod
     def of(
@@ -151,11 +153,26 @@ class Chain:
 
     def firmer_in(self, boxes: Floats) -> Chain:
         """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
-        return Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover, self.shown)
+        found = Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover, self.shown)
+        return found.freed_in(self.freed)
+
+    def freed_in(self, boxes: Floats | None) -> Chain:
+        """Return the chain whose parts in more ``boxes`` [B, 2, 2] have numbers of their own."""
+        known = [each for each in (self.freed, boxes) if each is not None]
+        return replace(self, freed=np.concatenate(known) if known else None)
+
+    def is_freed(self, first: int, last: int) -> bool:
+        """Return whether most of a part between two points lies in a box where it has numbers of its own."""
+        if self.freed is None:
+            return False
+        return bool(
+            np.average(_are_in(self.middles[first:last], self.freed).any(0), weights=self.lengths[first:last]) > 0.5
+        )
 
     def of_curves(self, curves: Floats, is_closed: bool) -> Chain:
         """Return a chain of other ``curves`` [S, 4, 2] of which the same is known."""
-        return Chain.of(curves, is_closed, self.firm, self.cover, self.shown, self.is_traced)
+        found = Chain.of(curves, is_closed, self.firm, self.cover, self.shown, self.is_traced)
+        return found.freed_in(self.freed)
 
     @cached_property
     def along(self) -> Floats:
@@ -217,8 +234,14 @@ class Chain:
 
 def _weights(points: Floats, boxes: Floats) -> Floats:
     """Return how well a chain must be kept at ``points`` [K, 2]: ``FIRMNESS`` for each of ``boxes`` [B, 2, 2] there."""
-    is_in = ((points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)).all(2)
-    found: Floats = FIRMNESS ** np.minimum(is_in.sum(0), FIRM_MAX).astype(np.float64)
+    found: Floats = FIRMNESS ** np.minimum(_are_in(points, boxes).sum(0), FIRM_MAX).astype(np.float64)
+    return found
+
+
+def _are_in(points: Floats, boxes: Floats) -> Mask:
+    """Return in which of ``boxes`` [B, 2, 2] each of the ``points`` [K, 2] lies, or within a pixel of it [B, K]."""
+    is_in = (points >= boxes[:, None, 0] - 1.0) & (points <= boxes[:, None, 1] + 1.0)
+    found: Mask = np.all(is_in, axis=2)
     return found
 
 

@@ -55,10 +55,12 @@ class _Attempt(NamedTuple):
 
 
 TRIED = (
-    _Attempt(0.5, True, True), _Attempt(1.0, True), _Attempt(1.0, True), _Attempt(1.0, False), _Attempt(0.5, False),
+    _Attempt(0.5, True, True), _Attempt(0.5, True, True), _Attempt(0.5, True, True),
+    _Attempt(1.0, True), _Attempt(1.0, True), _Attempt(1.0, False), _Attempt(0.5, False),
 )  # fmt: skip
 """What the picture refuses is tried in the next way, and must be nearer where it was refused. Parts on a grid must be
-nearer from the start, as the picture says less of them."""
+nearer from the start, as the picture says less of them. If they fit the picture but not on the grid, only those that it
+refuses leave the grid."""
 
 WORTH, SHARE_MIN = 2.0, 0.1
 """A loop that says half as many numbers may cause all of the error that is allowed; none saves less than the second, as
@@ -154,16 +156,18 @@ class _Work:
         said = said_rows(self.left, attempt.share * self.verdict.spread, self.nats, sheet, grid)
         tried = {loop: rows for loop, rows in said.items() if has_size(rows[0], self.left[loop].is_closed)}
         if attempt.is_on_grid and tried:
-            _, refused = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, self.verdict.fitted)
-            tried = {loop: rows for loop, rows in tried.items() if not refused[loop]}
-            self.held = set(tried)
+            _, unfit, boxes = _fit(self.verdict, with_rows(scene, tried), tried, self.watch, self.verdict.fitted)
+            tried = {loop: rows for loop, rows in tried.items() if not unfit[loop]}
+            self.left |= {loop: self.left[loop].firmer_in(boxes) for loop in said if loop not in tried}
+            self.held |= set(tried)
         new = with_rows(self.drawing, self.found | tried)
         refused, boxes = self._refused(new, tried)
         self.found |= {loop: rows for loop, rows in tried.items() if not refused[loop]}
         self.held &= set(self.found)
         self.left = {loop: chain for loop, chain in self.left.items() if loop not in self.found}
-        if not attempt.is_on_grid:
-            self.left = {loop: chain.firmer_in(boxes) for loop, chain in self.left.items()}
+        for loop in self.left if not attempt.is_on_grid else set(tried) & set(self.left):
+            chain = self.left[loop]
+            self.left[loop] = chain.freed_in(boxes) if attempt.is_on_grid else chain.firmer_in(boxes)
 
     def settled(self) -> Scene:
         """Return the drawing with what was found. What was refused may have covered what others do wrong."""
@@ -224,12 +228,14 @@ def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, LoopRows
     tells.
     """
     first = with_rows(verdict.scene, said)
-    drawn, refused = _fit(verdict, first, chains, watch, ALLOWED)
+    drawn, refused, _ = _fit(verdict, first, chains, watch, ALLOWED)
     return {loop: chain for loop, chain in _chains_of(drawn).items() if not refused[loop]}
 
 
-def _fit(verdict: Verdict, first: Scene, loops: Iterable[int], watch: Watch, allowed: float) -> tuple[Scene, Mask]:
-    """Return ``first`` fitted to the picture, and which of its ``loops`` the picture refuses then [L].
+def _fit(
+    verdict: Verdict, first: Scene, loops: Iterable[int], watch: Watch, allowed: float
+) -> tuple[Scene, Mask, Floats]:
+    """Return ``first`` fitted to the picture, which of its ``loops`` the picture refuses then [L], and where [B, 2, 2].
 
     They may cause the error of a move that is ``allowed``; see `verdict.ALLOWED`.
     """
@@ -240,8 +246,8 @@ def _fit(verdict: Verdict, first: Scene, loops: Iterable[int], watch: Watch, all
         values_exact_max=SIMPLIFICATION.values_exact_max, unseen=SIMPLIFICATION.unseen, locked=locked, keeps_stops=True,
     ).scene  # fmt: skip
     shares = np.ones(first.structure.loop_count)
-    refused, _ = verdict.refused(replace(first, segments=drawn.segments), _mask(first, loops), shares, allowed=allowed)
-    return drawn, refused
+    fitted = replace(first, segments=drawn.segments)
+    return drawn, *verdict.refused(fitted, _mask(first, loops), shares, allowed=allowed)
 
 
 def _chains_of(scene: Scene) -> dict[int, Chain]:

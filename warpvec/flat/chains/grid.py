@@ -195,7 +195,9 @@ class _Numbers(NamedTuple):
         """Return those of a solved ``sketch``. Where slanted parts meet smoothly, a node follows from other numbers."""
         ends = np.concatenate([columns[:4] for columns in sketch.columns])
         nodes = np.setdiff1d(np.append(ends, np.array([*sketch.axes.values()], np.int64)), _slanted_joints(sketch))
-        arcs = sketch.rows_of_kind(ARC)
+        freed = sketch.freed
+        nodes = np.setdiff1d(nodes, np.concatenate([nodes[:0], *(sketch.columns[part][:4] for part in freed)]))
+        arcs = np.setdiff1d(sketch.rows_of_kind(ARC), freed)
         known = [radius_slopes(sketch, arc) for arc in arcs.tolist()]
         rows = np.concatenate([np.arange(len(nodes)), len(nodes) + np.repeat(np.arange(len(arcs)), SIZES[ARC])])
         columns = np.concatenate([nodes, *(sketch.columns[arc] for arc in arcs)])
@@ -291,10 +293,17 @@ def share_on_halves(values: Floats, unit: float) -> float:
 def arcs_of(scene: Scene) -> tuple[Mask, Mask, Floats]:
     """Return which rows [S] of ``scene`` are arcs, which go on with the arc of the row before, and their radii [S]."""
     control, structure = whole_curves(scene).double().numpy(), scene.structure
+    return arcs_among(control, structure.segment_next.numpy(), ~structure.end_rows.numpy())
+
+
+def arcs_among(control: Floats, after: Integers, is_shown: Mask | bool = True) -> tuple[Mask, Mask, Floats]:
+    """Return which curves [S, 4, 2] are arcs, which go on with the arc of the curve before, and their radii [S].
+
+    ``after`` is the curve after each [S]; those that are not shown [S] are no arcs.
+    """
     x, y, radius = own_circles(control[:, :3], control[:, 3])
-    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & ~structure.end_rows.numpy()
+    is_arc = are_arcs(control[:, :3], control[:, 3], HANDLE_ERROR, RADIUS_MIN) & is_shown
     circle = np.stack([x, y, radius], 1)
-    after = structure.segment_next.numpy()
     goes_on = np.zeros(len(control), bool)
     goes_on[after] = is_arc & is_arc[after] & (np.abs(circle - circle[after]).max(1) <= SAME_CIRCLE)
     return is_arc, goes_on, radius

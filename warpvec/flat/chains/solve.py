@@ -107,6 +107,12 @@ class Sketch:
         """Its chains one after the other, with its parts."""
         return Track.of(self.chains, self.chain, self.first, self.last)
 
+    @cached_property
+    def freed(self) -> list[int]:
+        """The parts that have numbers of their own."""
+        parts = zip(self.chain.tolist(), self.first.tolist(), self.last.tolist(), strict=True)
+        return [k for k, (own, first, last) in enumerate(parts) if self.chains[own].is_freed(first, last)]
+
     def rows_of_kind(self, kind: int) -> Integers:
         """Return the parts of a kind."""
         return np.flatnonzero(self.kind == kind)

@@ -146,8 +146,15 @@ def halves_of(chain: Chain, axis: int, place: float) -> list[Chain]:
             half[0, 0, axis] = place
         if stop in cuts:
             half[-1, 3, axis] = place
-        found.append(chain.of_curves(half, is_closed=False))
+        own = chain.of_curves(half, is_closed=False)
+        found.append(own if chain.freed is None else own.freed_in(_mirrored_boxes(chain.freed, axis, place)))
     return found
+
+
+def _mirrored_boxes(boxes: Floats, axis: int, place: float) -> Floats:
+    """Return ``boxes`` [B, 2, 2] mirrored at the axis at ``place``."""
+    found = mirrored(boxes, axis, place)
+    return np.stack([found.min(1), found.max(1)], 1)
 
 
 def _between(curves: Floats, start: float, stop: float) -> Floats:

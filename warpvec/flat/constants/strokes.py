@@ -63,6 +63,13 @@ class StrokeConstants:
     round_length_min: float = 1.0
     """The same for lines with round caps, whose ends are no ends of bars."""
 
+    outline_share: float = 0.016
+    """Width of bars, in longer sides of the picture, from which on they are outlines where no round pen shows: a 64th.
+    Icons that are drawn by outlines have bars of a 24th and more; lines of charts and plans are a hundredth at most."""
+
+    dot_max: float = 1.2
+    """Size in widths up to which what is no line may be a dot of the pen; larger ones are areas."""
+
     # Skeletons (strokes/skeleton.py)
 
     ridge: float = 1.25
@@ -120,12 +127,6 @@ class StrokeConstants:
     node_gap: float = 3.0
     """Least distance of these places in pixels."""
 
-    node_rounds: int = 2
-    """How often the pieces of a known line are chosen, each time among places that lie nearer to each other."""
-
-    node_zoom: int = 4
-    """How many times nearer."""
-
     corner_degrees: float = 25.0
     """A centre line has a corner where its direction changes by more within a short part."""
 
@@ -141,10 +142,14 @@ class StrokeConstants:
     same in widths. In an icon of 128 px, pieces farther away lose round corners, and no fit finds them again. With
     0.014, small round corners become two corners."""
 
-    again_shares: tuple[float, ...] = (2.0, 2.0, 0.6, 0.2)
-    """The same distance once the centre line is fitted to the picture, in shares of the detail. The picture says
-    whether a stroke moves too far; then it is drawn once more with the next share, and with round corners. After a
-    stroke is accepted, and fitted again, the first share says whether it can be simpler still."""
+    again_shares: tuple[float, ...] = (1.2, 1.2, 0.4)
+    """Deviation of places by which lines are said again once they are fitted to the picture, in shares of the detail:
+    first twice that of outlines, as few rows show most plainly where corners are round. The picture says whether a
+    stroke moves too far; then it is drawn once more with the next share, and with round corners, and at last with twice
+    the rows. After a stroke is accepted, and fitted again, the first share says whether it can be simpler still."""
+
+    form_share: float = 1.7
+    """Largest distance of a form from such a line, in these deviations: nine places of ten are nearer."""
 
     meeting_reach: float = 0.75
     """What is within so many widths of another line may lie below it, and tells nothing of the form of a line."""

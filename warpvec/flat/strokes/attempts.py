@@ -9,22 +9,31 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats32
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.saying import are_curves, said_rows
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.form_candidates import Candidate, candidates
 from warpvec.flat.simplification.local_error import errors_in_boxes
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
-from warpvec.flat.strokes.line_fitting import Rows, curves_of, fit_again
+from warpvec.flat.strokes.line_fitting import Rows, cost_of, curves_of
 from warpvec.flat.strokes.round_corners import corners_of, with_round_corners
 from warpvec.flat.strokes.stroke import Stroke
+
+_EXACT = -1
+"""Which of ``STROKES.again_shares`` says lines again that match the picture already: the finest."""
 
 _SAMPLES = 16
 """Points of a curve at which its distance from others is taken."""
 
 
 class Match(Enum):
-    """How well a stroke matches the picture: not, well enough, or without a difference that shows."""
+    """How well a stroke matches the picture: not, well enough, or without a difference that shows.
+
+    One that is `LONG` does so too, but takes more numbers than its outline.
+    """
 
     REFUSED = auto()
+    LONG = auto()
     ACCEPTED = auto()
     CLOSE = auto()
 
@@ -35,15 +44,19 @@ class Attempt:
 
     Attributes:
         first: the stroke as it was found, fitted to the picture.
+        detail: as in `find_strokes`.
+        nats: of a number.
         next: the stroke that is to be tried; None if there is none.
         best: the best one so far, fitted to the picture; None if there is none. Of those that match it without a
-            difference it is the simplest, and otherwise the first that the picture accepts.
+            difference it is the simplest, and otherwise the last that the picture accepts: that has the most freedom.
         is_close: whether the best one matches without a difference.
-        level: which of ``STROKES.again_shares`` said how far its lines may move.
+        level: which of ``STROKES.again_shares`` said how far its lines may move. After these they have twice the rows.
         rise: by how much the error [h, w] rose with sharp corners; None before that is known.
     """
 
     first: Stroke
+    detail: float
+    nats: float
     next: Stroke | None
     best: Stroke | None = None
     is_close: bool = False
@@ -51,10 +64,11 @@ class Attempt:
     rise: Floats32 | None = None
 
     @staticmethod
-    def of(fitted: Stroke, match: Match, detail: float) -> Attempt:
+    def of(fitted: Stroke, match: Match, detail: float, nats: float) -> Attempt:
         """Return the first attempt for a stroke as it was found, fitted to the picture."""
         best = None if match is Match.REFUSED else fitted
-        return Attempt(fitted, None, best, match is Match.CLOSE)._with(_simpler(fitted, _share(0) * detail))
+        first = Attempt(fitted, detail, nats, None, best, match is Match.CLOSE)
+        return first._with(first._simpler(fitted))
 
     @property
     def is_over(self) -> bool:
@@ -66,44 +80,54 @@ class Attempt:
         """The stroke to draw: the next one, else the best."""
         return self.best if self.next is None else self.next
 
-    def after(self, fitted: Stroke, match: Match, rise: Floats32, detail: float) -> Attempt:
+    def after(self, fitted: Stroke, match: Match, rise: Floats32) -> Attempt:
         """Return what is known after the next stroke was drawn.
 
         Args:
             fitted: that stroke, fitted to the picture.
             match: how well it matches the picture.
             rise: by how much the error [h, w] rose.
-            detail: as in `find_strokes`.
         """
         if self.next is None:
             return self
         if match is Match.CLOSE:
-            return replace(self, best=fitted, is_close=True)._with(_simpler(fitted, _share(0) * detail))
-        best = self.best or (fitted if match is Match.ACCEPTED else None)
-        if self.level + 1 == len(STROKES.again_shares):
+            return replace(self, best=fitted, is_close=True)._with(self._simpler(fitted))
+        best = fitted if match is Match.ACCEPTED and not self.is_close else self.best
+        if match is Match.LONG and (shorter := self._simpler(fitted, _EXACT)).cost < fitted.cost:
+            return replace(self, next=shorter, best=best)
+        level, count = self.level + 1, len(STROKES.again_shares)
+        sharp = rise if self.rise is None else self.rise
+        if level > count:
             return replace(self, next=None, best=best)
-        sharp, level = rise if self.rise is None else self.rise, self.level + 1
-        found = _rounded(_simpler(self.first, _share(level) * detail), sharp)
-        return replace(self, level=level, rise=sharp, best=best)._with(found)
+        free = fitted.with_halves() if level == count else _rounded(self._simpler(self.first, level), sharp)
+        return replace(self, level=level, rise=sharp, best=best)._with(free)
 
     def _with(self, stroke: Stroke) -> Attempt:
         """Return this with another stroke to try, unless the best one matches as well and is as simple."""
         is_needed = self.best is None or not self.is_close or stroke.cost < self.best.cost
         return replace(self, next=stroke if is_needed else None)
 
+    def _simpler(self, stroke: Stroke, level: int = 0) -> Stroke:
+        """Return a fitted stroke with as few rows as its lines need, and with forms for closed lines that have one."""
+        share = STROKES.again_shares[level]
+        lines = [said_again(line, share * self.detail, self.nats) for line in stroke.lines]
+        stroke = replace(stroke, lines=lines)
+        reach = STROKES.form_share * share * self.detail
+        forms = [None if line.is_open else _form_of(stroke, k, reach) for k, line in enumerate(lines)]
+        return replace(stroke, forms=forms)
 
-def _share(level: int) -> float:
-    return STROKES.again_shares[level]
 
+def said_again(line: Rows, spread: float, nats: float) -> Rows:
+    """Return the cheapest rows of a ``line`` whose places have a deviation of ``spread`` pixels, as chains have them.
 
-def _simpler(stroke: Stroke, tolerance: float) -> Stroke:
-    """Return a fitted stroke with as few rows as its lines need, and with forms for closed lines that have one.
-
-    They may move by ``tolerance`` pixels.
+    ``nats`` is what a number costs.
     """
-    lines = [fit_again(line, tolerance) for line in stroke.lines]
-    forms = [None if line.is_open else _form_of(stroke, k, tolerance) for k, line in enumerate(lines)]
-    return replace(stroke, lines=lines, forms=forms)
+    curves = curves_of(line)
+    curves = curves[are_curves(curves)]
+    if not len(curves):
+        return line
+    found = Rows(*said_rows({0: Chain.of(curves, not line.is_open)}, spread, nats)[0], line.is_open)
+    return found if cost_of(found) < cost_of(line) else line
 
 
 def _rounded(stroke: Stroke, rise: Floats32) -> Stroke:

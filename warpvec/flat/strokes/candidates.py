@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,22 +18,23 @@ from warpvec.flat.strokes.line_fitting import Rows, fit_line
 from warpvec.flat.strokes.stroke import Stroke
 from warpvec.geometry.paints.registry import FLAT
 from warpvec.geometry.scene import Scene
-from warpvec.geometry.strokes import BUTT, ROUND
+from warpvec.geometry.strokes import BUTT, MITER, ROUND
 
 
-def stroke_candidates(scene: Scene) -> dict[int, Stroke]:
-    """Return the paths of a scene of filled cubics that may be strokes, by their generation.
+def stroke_candidates(scene: Scene, generation_count: int, outline_width: float = math.inf) -> dict[int, Stroke]:
+    """Return the connected parts of the paths of a scene of filled cubics that may be strokes.
 
-    Paths of very many segments are left out.
+    They go by the generation that each has as a path of its own; see `set_apart`. Paths of very many segments are left
+    out, and bars at least as wide as ``outline_width`` pixels where no round pen shows.
     """
-    found = {}
+    found = dict[int, Stroke]()
     counts = torch.bincount(scene.structure.segment_path, minlength=len(scene)).tolist()
     for path in range(len(scene)):
         is_flat = scene.gradients is None or int(scene.gradients.kind[path]) == FLAT
         is_tried = is_flat and counts[path] <= STROKES.segments_max
-        stroke = _candidate(scene.select(torch.tensor([path]))) if is_tried else None
-        if stroke is not None:
-            found[int(scene.generation[path])] = stroke
+        strokes = _candidates(scene.select(torch.tensor([path])), outline_width) if is_tried else []
+        own = int(scene.generation[path]) + generation_count
+        found |= {own + k * generation_count: stroke for k, stroke in enumerate(strokes)}
     return found
 
 
@@ -44,6 +46,8 @@ class _Part(NamedTuple):
         lines: the rows of its centre lines; none if it is no stroke.
         width, cap, join: as in `Strokes`.
         length: of its centre lines, in pixels.
+        cap_count: number of ends that show their cap.
+        extent: its longer side in pixels.
     """
 
     loops: list[int]
@@ -52,6 +56,8 @@ class _Part(NamedTuple):
     cap: int = BUTT
     join: int = ROUND
     length: float = 0.0
+    cap_count: int = 0
+    extent: float = 0.0
 
     @property
     def has_ends(self) -> bool:
@@ -65,22 +71,32 @@ class _Part(NamedTuple):
         return bool(self.lines) and self.length >= least * self.width
 
 
-def _candidate(scene: Scene) -> Stroke | None:
-    """Return the stroke of a scene of one path, or of some of its parts; None if it is no stroke."""
+def _candidates(scene: Scene, outline_width: float) -> list[Stroke]:
+    """Return the parts of a scene of one path that may be strokes, which look alike."""
     control, loop = control_points(scene), segment_loops(scene)
     areas = loop_areas(control, loop, scene.structure.loop_count)
     parts = [_part(control, loop, areas, loops) for loops in _components(control, loop, areas)]
     widths = [part.width for part in parts if part.is_long]
     if not widths:
-        return None
+        return []
     common = float(np.median(widths))
     alike = [p for p in parts if p.lines and abs(p.width - common) <= STROKES.width_error * common]
+    if common >= outline_width and _are_outlines(parts, alike, common):
+        return []
     cap = _most([part.cap for part in alike if part.has_ends], BUTT)
     chosen = [part for part in alike if part.cap == cap or not part.has_ends]
     join = _most([part.join for part in chosen if part.is_long], ROUND)
-    lines = [line for part in chosen for line in part.lines]
-    loops = [number for part in chosen for number in part.loops]
-    return Stroke(loops, lines, common, cap, join, [None] * len(lines)) if lines else None
+    return [Stroke(part.loops, part.lines, common, cap, join, [None] * len(part.lines)) for part in chosen]
+
+
+def _are_outlines(parts: list[_Part], alike: list[_Part], width: float) -> bool:
+    """Return whether bars ``alike`` are drawn by their outlines, as the others of all ``parts`` are.
+
+    A round pen shows in round caps. Square ends, miters and areas wider than the pen are what outlines have.
+    """
+    caps = {part.cap for part in alike if part.cap_count}
+    has_areas = any(not part.lines and part.extent > STROKES.dot_max * width for part in parts)
+    return ROUND not in caps and (BUTT in caps or has_areas or any(part.join == MITER for part in alike))
 
 
 def _most(kinds: list[int], otherwise: int) -> int:
@@ -114,14 +130,16 @@ def _contains(polygon: Floats, place: Floats) -> bool:
 def _part(control: Floats, loop: Integers, areas: Floats, loops: list[int]) -> _Part:
     """Return what is known of the part with these ``loops``."""
     boundary = boundary_of(control[np.isin(loop, loops)], float(areas[loops[0]]))
+    extent = float(np.ptp(boundary.points, axis=0).max(initial=0.0)) if len(boundary.points) else 0.0
+    none = _Part(loops, [], extent=extent)
     if len(boundary.points) < STROKES.points_min or not may_have_width(boundary):
-        return _Part(loops, [])
+        return none
     disks = inner_disks(boundary)
     width, has_width = stroke_width(boundary, disks)
     found = center_lines(boundary, disks, has_width, width) if width >= STROKES.width_min else None
     if found is None or not found.lines:
-        return _Part(loops, [])
+        return none
     length = sum(float(np.linalg.norm(np.diff(line.points, axis=0), axis=1).sum()) for line in found.lines)
     tolerance = min(STROKES.tolerance, STROKES.tolerance_share * width)
     rows = [fit_line(line, width, tolerance) for line in found.lines]
-    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length)
+    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length, found.cap_count, extent)

@@ -40,10 +40,11 @@ _Ends = tuple[int, int] | None
 
 
 class CenterLines(NamedTuple):
-    """The lines of a component, and their caps."""
+    """The lines of a component, their caps, and how many ends show theirs."""
 
     lines: list[Line]
     cap: int
+    cap_count: int
 
 
 def center_lines(boundary: Boundary, disks: Disks, has_width: Mask, width: float) -> CenterLines | None:
@@ -232,9 +233,10 @@ def joined(
     chains = [
         chain for chain, length in zip(chains, lengths, strict=True) if length >= least or _has_cap(chain[0], meeting)
     ]
-    cap = _cap(shape, places, chains, meeting)
+    are_square = _square_ends(shape, places, chains, meeting)
+    cap = BUTT if are_square and np.mean(are_square) > 0.5 else ROUND
     lines = [_line_of(shape, places, chain, is_ring, meeting, cap) for chain, is_ring in chains]
-    return CenterLines([line for line in lines if len(line.points) > 1], cap)
+    return CenterLines([line for line in lines if len(line.points) > 1], cap, len(are_square))
 
 
 def _ends_at(shape: Shape, places: list[Floats], ends: list[_Ends], kept: list[int]) -> dict[int, list[End]]:
@@ -331,21 +333,21 @@ def _chains(branches: list[int], partner: dict[_Side, _Side]) -> list[tuple[list
     return chains
 
 
-def _cap(
+def _square_ends(
     shape: Shape,
     places: list[Floats],
     chains: list[tuple[list[_Side], bool]],
     meeting: dict[_Side, _Meeting],
-) -> int:
-    """Return the cap of most free ends: butt if the corners of a square lie inside, else round."""
-    votes = []
+) -> list[bool]:
+    """Return for each free end whether the corners of a square lie inside of its cap."""
+    found = []
     for chain, is_ring in chains:
         if is_ring:
             continue
         for branch, is_start in (chain[0], (chain[-1][0], not chain[-1][1])):
             if (branch, is_start) not in meeting:
-                votes.append(_is_square(shape.along(branch), places[branch] if is_start else places[branch][::-1]))
-    return BUTT if votes and np.mean(votes) > 0.5 else ROUND
+                found.append(_is_square(shape.along(branch), places[branch] if is_start else places[branch][::-1]))
+    return found
 
 
 def _is_square(shape: Shape, points: Floats) -> bool:

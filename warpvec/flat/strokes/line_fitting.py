@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask, reached
+from warpvec.arrays import Floats, Integers, Mask, counted, reached
+from warpvec.flat.chains.grid import arcs_among
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.curves.cubic_fitting import fit_lengths
-from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
+from warpvec.flat.cutting.cut_edges import between
+from warpvec.flat.price import ARC, CUBIC, LINE
 
 _SAMPLES = 16
 """Points of a part of the line to which a piece is compared."""
@@ -65,35 +67,6 @@ def fit_line(
     return _rows(points, nodes, _cheapest(points, nodes, tolerance, sample_count), line.is_closed)
 
 
-def fit_again(rows: Rows, tolerance: float) -> Rows:
-    """Return the cheapest rows within ``tolerance`` pixels of a line that is known exactly, with the same corners."""
-    curves = curves_of(rows)
-    start = 0 if rows.is_open else int(np.argmax(corner_turns(curves)))
-    curves = np.roll(curves, -start, axis=0)
-    lengths = np.linalg.norm(np.diff(curves, axis=1), axis=2).sum(1)
-    counts = np.maximum(np.ceil(lengths / STROKES.step).astype(int), 4)
-    parts, ahead = [], []
-    for curve, number in zip(curves, counts.tolist(), strict=True):
-        t = np.arange(number) / number
-        parts.append(cubic_points(curve, t))
-        ahead.append(cubic_slopes(curve, t))
-    points = np.concatenate([*parts, curves[-1:, 3]])
-    node = np.concatenate([[0], np.cumsum(counts)])
-    directions = _unit(np.concatenate([*ahead, ahead[-1][-1:]]))
-    gap = max(STROKES.node_gap, len(points) * STROKES.step / STROKES.nodes_max)
-    index = np.arange(0, len(points), max(round(gap / STROKES.step), 1))
-    for _ in range(STROKES.node_rounds):
-        nodes = _known_nodes(node, np.union1d(index, node), curves, directions)
-        pieces = _cheapest(points, nodes, tolerance)
-        # Next, the pieces may end at places nearer to each other, around those where they end now.
-        chosen = nodes.place[[piece.before for piece in pieces]]
-        gap /= STROKES.node_zoom
-        away = np.round(np.arange(-STROKES.node_zoom, STROKES.node_zoom + 1) * gap / STROKES.step).astype(int)
-        index = np.unique((chosen[:, None] + away).clip(0, len(points) - 1))
-    found = _rows(points, nodes, pieces, not rows.is_open)
-    return found if cost_of(found) < cost_of(rows) else rows
-
-
 def curves_of(rows: Rows) -> Floats:
     """Return the curves [S, 4, 2] of a centre line."""
     ends = np.roll(rows.control[:, :1], -1, axis=0)
@@ -103,8 +76,24 @@ def curves_of(rows: Rows) -> Floats:
 
 def cost_of(rows: Rows) -> float:
     """Return the numbers that a file needs for the rows; the line that closes one needs none."""
-    is_line = rows.is_line[:-1] if rows.is_open or rows.is_line[-1] else rows.is_line
-    return float(np.where(is_line, STROKES.line_cost, STROKES.cubic_cost).sum())
+    curves = curves_of(rows)
+    is_arc, goes_on, _ = arcs_among(curves, np.roll(np.arange(len(curves)), -1))
+    numbers = np.where(rows.is_line[: len(curves)], LINE, np.where(is_arc, ARC, CUBIC) * ~goes_on)
+    closing = 0.0 if rows.is_open or not rows.is_line[-1] else LINE
+    return float(numbers.sum() - closing)
+
+
+def halved(rows: Rows) -> Rows:
+    """Return a centre line with both halves of each cubic; its lines stay."""
+    curves = curves_of(rows)
+    is_line = rows.is_line[: len(curves)]
+    counts = np.where(is_line, 1, 2)
+    row, number = np.repeat(np.arange(len(curves)), counts), counted(counts)
+    parts = between(curves[row], number / counts[row], (number + 1) / counts[row])[:, :3]
+    control, is_line = np.where(is_line[row][:, None, None], curves[row, :3], parts), is_line[row]
+    if rows.is_open:
+        control, is_line = np.concatenate([control, rows.control[-1:]]), np.append(is_line, True)
+    return Rows(control, is_line, rows.is_open)
 
 
 def corner_turns(curves: Floats) -> Floats:
@@ -121,24 +110,6 @@ def _near(curves: Floats, is_start: bool) -> Floats:
         is_apart = np.linalg.norm(curves[:, k] - end, axis=1) > 1e-2
         found[is_apart] = curves[is_apart, k]
     return found
-
-
-def _known_nodes(node: Integers, index: Integers, curves: Floats, directions: Floats) -> _Nodes:
-    """Return the points ``index`` [N] of a known line with unit ``directions`` [K, 2] as places where pieces may end.
-
-    Its curves begin at the points ``node`` [S + 1], which are among them.
-    """
-    leaving, arriving = _unit(_near(curves, True) - curves[:, 0]), _unit(curves[:, 3] - _near(curves, False))
-    turns = np.degrees(np.arccos(np.clip((arriving[:-1] * leaving[1:]).sum(1), -1.0, 1.0)))
-    corner = node[1:-1][turns > STROKES.kink_degrees]
-    before, after = directions[index].copy(), directions[index].copy()
-    place = np.searchsorted(index, node)
-    after[place[:-1]], before[place[1:]] = leaving, arriving
-    before[place[0]], after[place[-1]] = leaving[0], arriving[-1]
-    smooth = np.setdiff1d(np.arange(len(index)), np.searchsorted(index, [*corner, 0, node[-1]]))
-    mean = _unit(before[smooth] + after[smooth])
-    before[smooth] = after[smooth] = mean
-    return _Nodes(index, before, after, np.isin(index, corner))
 
 
 def resampled(line: Line) -> Floats:

@@ -2,47 +2,58 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from warpvec.arrays import Floats32, Integers, Mask
-from warpvec.config.fit_config import FitConfig
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
+from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
-from warpvec.flat.strokes.stroke import Stroke, read_back, with_shared_looks, with_strokes
+from warpvec.flat.strokes.stroke import Stroke, read_back, set_apart, with_shared_looks, with_strokes
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
 from warpvec.watch.decisions import are_wanted, box_of
 from warpvec.watch.watch import Watch
 
 
-def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = FitConfig.detail) -> dict[int, Stroke]:
-    """Return the paths of ``scene`` that are strokes, by their generation, fitted to the picture.
+def find_strokes(
+    scene: Scene, critic: Critic, watch: Watch, detail: float, generation_count: int
+) -> tuple[Scene, dict[int, Stroke]]:
+    """Return ``scene`` with the parts that are strokes in paths of their own, and these strokes by their generation.
 
-    A shape is one if most of its outline has the same distance from the other side. Its centre lines are fitted with
-    the rest of the drawing. It stays a shape if its file would need hardly fewer numbers, or if the squared error near
-    it rises by more than an outline costs that moves by ``detail``.
+    The strokes are fitted to the picture. A connected shape is one if most of its outline has the same distance from
+    the other side. Its centre lines are fitted with the rest of the drawing. It stays a shape if its file would need
+    hardly fewer numbers, or if the squared error near it rises by more than an outline costs that moves by ``detail``.
 
     Args:
         scene: a scene of filled cubics, fitted to the image, with another generation for each path.
         critic: judges the changes against the image.
         watch: the watch over the run.
         detail: root mean square in pixels by which an outline may move, as the picture shows it.
+        generation_count: more than any generation; that of a stroke is that of its path, and some times as many.
     """
-    tried = {} if watch.is_over() else stroke_candidates(scene)
-    if not tried:
-        return {}
+    share = math.inf if critic.config.strokes == "all" else STROKES.outline_share
+    outline_width = share * max(critic.image.shape[:2])
+    tried = {} if watch.is_over() else stroke_candidates(scene, generation_count, outline_width)
+    found = _accepted(set_apart(scene, tried, generation_count), tried, critic, watch, detail) if tried else {}
+    return (set_apart(scene, found, generation_count) if found else scene), found
+
+
+def _accepted(scene: Scene, tried: dict[int, Stroke], critic: Critic, watch: Watch, detail: float) -> dict[int, Stroke]:
+    """Return those of the strokes that are ``tried`` that the picture accepts; see `find_strokes`."""
     judge = _Judge(scene, critic.samples(scene), critic.error(scene), critic)
     drawn = _polished(with_strokes(scene, tried), critic, watch, STROKES.gain_min)
     found = judge.hopeful_verdict(drawn, tried, detail, watch)
-    attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail) for path in found.hopeful}
+    nats = number_nats(max(critic.image.shape[:2]))
+    attempts = {path: Attempt.of(found.fitted[path], found.of(path), detail, nats) for path in found.hopeful}
     known: dict[Any, _Verdict] = {}  # simpler lines are often those of the attempt before
     while any(not attempt.is_over for attempt in attempts.values()) and not watch.is_over():
         tried = {path: attempt.stroke for path, attempt in attempts.items() if attempt.stroke is not None}
@@ -52,10 +63,11 @@ def find_strokes(scene: Scene, critic: Critic, watch: Watch, detail: float = Fit
             known[key] = judge.verdict(drawn, tried, detail)
         found = known[key]
         for path in tried:
-            attempts[path] = attempts[path].after(found.fitted[path], found.of(path), found.rise, detail)
+            attempts[path] = attempts[path].after(found.fitted[path], found.of(path), found.rise)
     best = with_shared_looks({path: each.best for path, each in attempts.items() if each.best is not None})
     if not best or watch.is_over():
         return best
+    best = {path: stroke.with_halves() for path, stroke in best.items()}
     return with_shared_looks(
         read_back(_polished(with_strokes(scene, best), critic, watch, STROKES.last_gain_min), best)
     )
@@ -81,6 +93,7 @@ class _Verdict:
         hopeless: those that are not worth a try with other lines.
         accepted: those that make the file shorter and that the picture accepts.
         close: those of these that show no difference.
+        long: those that show none either, but do not make the file shorter.
     """
 
     fitted: dict[int, Stroke]
@@ -89,6 +102,7 @@ class _Verdict:
     hopeless: set[int]
     accepted: set[int]
     close: set[int]
+    long: set[int]
 
     @property
     def hopeful(self) -> list[int]:
@@ -97,7 +111,9 @@ class _Verdict:
 
     def of(self, path: int) -> Match:
         """Return how well the stroke of a path matches the picture."""
-        return Match.CLOSE if path in self.close else Match.ACCEPTED if path in self.accepted else Match.REFUSED
+        if path in self.accepted:
+            return Match.CLOSE if path in self.close else Match.ACCEPTED
+        return Match.LONG if path in self.long else Match.REFUSED
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,15 +148,15 @@ class _Judge:
         short = {path for path in replaced if strokes[path].cost <= most[path]}
         if are_wanted():
             self._note(strokes, replaced, moved, most, detail)
-        farthest = {path: self._farthest(rise, replaced[path]) for path in short}
+        farthest = {path: self._farthest(rise, rows) for path, rows in replaced.items()}
+
+        def within(share: float, peak: float) -> set[int]:
+            return {path for path in replaced if moved[path] <= share * detail and farthest[path] <= peak * detail}
+
+        close, hopeless = within(STROKES.close_share, STROKES.close_peak), STROKES.hopeless * detail
         return _Verdict(
-            read_back(drawn, strokes), rise,
-            moved,
-            {path for path in replaced if moved[path] > STROKES.hopeless * detail},
-            {path for path in short if moved[path] <= STROKES.detail_share * detail
-             and farthest[path] <= STROKES.detail_peak * detail},
-            {path for path in short if moved[path] <= STROKES.close_share * detail
-             and farthest[path] <= STROKES.close_peak * detail},
+            read_back(drawn, strokes), rise, moved, {path for path in replaced if moved[path] > hopeless},
+            within(STROKES.detail_share, STROKES.detail_peak) & short, close & short, close - short,
         )  # fmt: skip
 
     def _note(
@@ -156,12 +172,8 @@ class _Judge:
 
     def _replaced(self, strokes: dict[int, Stroke]) -> dict[int, Mask]:
         """Return the rows that each of the strokes replaces."""
-        loop, first = segment_loops(self.scene), self.scene.structure.path_first_loop.tolist()
-        return {
-            generation: np.isin(loop, first[path] + np.array(strokes[generation].loops))
-            for path, generation in enumerate(self.scene.generation.tolist())
-            if generation in strokes
-        }
+        owner = self.scene.generation[self.scene.structure.segment_path.long()].numpy()
+        return {generation: owner == generation for generation in strokes}
 
     def _moved(self, rise: Floats32, replaced: dict[int, Mask]) -> dict[int, float]:
         """Return how far the outlines of the rows [R] of each path seem to have moved, as a root mean square in pixels.

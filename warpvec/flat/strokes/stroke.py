@@ -13,7 +13,7 @@ import torch
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.simplification.form_candidates import Candidate
 from warpvec.flat.simplification.path_removal import without_loops
-from warpvec.flat.strokes.line_fitting import Rows, cost_of
+from warpvec.flat.strokes.line_fitting import Rows, cost_of, halved
 from warpvec.geometry.forms.registry import form_of
 from warpvec.geometry.path_forms import Forms
 from warpvec.geometry.scene import Scene, straightened
@@ -50,6 +50,11 @@ class Stroke:
         rows = zip(self.lines, self.forms, strict=True)
         return sum(cost_of(line) if form is None else len(form_of(form.kind).free) for line, form in rows)
 
+    def with_halves(self) -> Stroke:
+        """Return this with two cubics for each, but for forms: a fit then follows the picture, and shows its parts."""
+        rows = zip(self.lines, self.forms, strict=True)
+        return replace(self, lines=[halved(line) if form is None else line for line, form in rows])
+
     @property
     def key(self) -> tuple[Any, ...]:
         """What only strokes of the very same values share."""
@@ -79,40 +84,33 @@ def with_shared_looks(strokes: dict[int, Stroke]) -> dict[int, Stroke]:
 
 
 def with_strokes(scene: Scene, strokes: dict[int, Stroke]) -> Scene:
-    """Return ``scene`` with each of the ``strokes``, by the generation of its path, after what is left of the path."""
-    if not strokes:
-        return scene
+    """Return ``scene`` with each of the ``strokes`` in place of the path of its generation; see `set_apart`."""
     parts = []
     for path, generation in enumerate(scene.generation.tolist()):
-        one = scene.select(torch.tensor([path]))
-        stroke = strokes.get(generation)
-        if stroke is None:
-            parts.append(one)
-            continue
-        gone = np.isin(np.arange(one.structure.loop_count), stroke.loops)
-        if not gone.all():
-            parts.append(without_loops(one, gone))
-        parts += _stroke_scenes(one, stroke)
-    return reduce(Scene.joined, parts)
-
-
-def set_apart(scene: Scene, strokes: dict[int, Stroke], generation_count: int) -> tuple[Scene, dict[int, Stroke]]:
-    """Return ``scene`` and ``strokes``, with the loops that no stroke replaces in paths of their own.
-
-    The generation of such a path is that of its stroke, plus ``generation_count``.
-    """
-    parts, apart = [], {}
-    for path, generation in enumerate(scene.generation.tolist()):
         one, stroke = scene.select(torch.tensor([path])), strokes.get(generation)
-        is_replaced = np.isin(np.arange(one.structure.loop_count), stroke.loops if stroke else [])
-        if stroke is not None:
-            if not is_replaced.all():
-                rest = without_loops(one, is_replaced)
-                parts.append(replace(rest, generation=rest.generation + generation_count))
-                one = without_loops(one, ~is_replaced)
-            apart[generation] = replace(stroke, loops=list(range(len(stroke.loops))))
-        parts.append(one)
-    return reduce(Scene.joined, parts), apart
+        parts += [one] if stroke is None else _stroke_scenes(one, stroke)
+    return reduce(Scene.joined, parts) if strokes else scene
+
+
+def set_apart(scene: Scene, strokes: dict[int, Stroke], generation_count: int) -> Scene:
+    """Return ``scene`` with the loops that each of the ``strokes`` replaces in a path of their own.
+
+    Its generation is that by which the stroke goes: that of its path, of which there are ``generation_count``, and some
+    times as many.
+    """
+    parts, owned = [], dict[int, list[int]]()
+    for own in strokes:
+        owned.setdefault(own % generation_count, []).append(own)
+    for path, generation in enumerate(scene.generation.tolist()):
+        one = scene.select(torch.tensor([path]))
+        number = np.arange(one.structure.loop_count)
+        loops = {own: np.isin(number, strokes[own].loops) for own in owned.get(generation, [])}
+        rest = ~np.logical_or.reduce([np.zeros(len(number), bool), *loops.values()])
+        for own, is_own in {generation: rest, **loops}.items():
+            if is_own.any():
+                apart = one if is_own.all() else without_loops(one, ~is_own)
+                parts.append(replace(apart, generation=torch.full_like(apart.generation, own)))
+    return reduce(Scene.joined, parts)
 
 
 def _stroke_scenes(one: Scene, stroke: Stroke) -> list[Scene]:
