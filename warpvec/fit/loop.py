@@ -179,7 +179,7 @@ class _Fit:
         """Take the next step, or all up to the next look of the host; return removal costs if the step wants them."""
         iteration, count, removal_cost = self._iteration, self._iteration_count, None
         self._outlines = None
-        chained = self._chain_length()
+        chained = self._clock.steps_to_look(self._chain_length())
         if chained:
             self._loss, chained = self._chain.take(iteration, chained, count)
         else:
