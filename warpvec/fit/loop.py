@@ -388,8 +388,9 @@ class _Fit:
 
     def _squared_error(self, scene: Scene) -> Tensor:
         """Return the squared error [h, w] of ``scene``: all paths that are there, which an arena has too, or some."""
-        is_whole = len(scene) == len(self._population)
-        return self._target.squared_error(scene, self._population.padded if is_whole else None)
+        padded = self._population.padded
+        is_whole = scene is padded or len(scene) == len(self._population)
+        return self._target.squared_error(scene, padded if is_whole else None)
 
     def _is_trimming(self, iteration: int) -> bool:
         """Return whether paths that are too many for the file are removed after ``iteration``."""
