@@ -248,6 +248,8 @@ class _Fit:
         if adjoints.end_color is not None and adjoints.geometry is not None:
             self._population.step_gradients(adjoints.end_color, adjoints.geometry, factor, self._target.fits)
         self._loss = adjoints.loss
+        if any(wanted):  # the host has looked, so this step has changed the paths
+            self._seen_steps = iteration + 1
         return adjoints.removal_cost if want_removal_cost else None
 
     def _differentiate(self, iteration: int, want_removal_cost: bool, want_outlines: bool) -> Adjoints:

@@ -40,15 +40,16 @@ class Recycling:
 
         ``structure`` is that of the whole memory, and ``counts`` [1] is the number of the paths in it. Both change.
         """
-        return self._change(count, cost, 0, 0, structure, counts)
+        return self.change(count, cost, 0, 0, structure, counts)
 
     def add(self, count: int, segment_count: int, structure: Structure, counts: Tensor) -> Sources:
         """Let ``count`` paths of ``segment_count`` segments each come after the others."""
-        return self._change(0, counts.to(torch.float32), count, segment_count, structure, counts)
+        return self.change(0, counts.to(torch.float32), count, segment_count, structure, counts)
 
-    def _change(
+    def change(
         self, drop_count: int, cost: Tensor, new_count: int, new_segments: int, structure: Structure, counts: Tensor
     ) -> Sources:
+        """Do both; arguments as above."""
         lanes = make_lanes(1, wp.dtype_from_torch(cost.dtype))
         kernels, paths, rows = make_kernels(lanes), self._path_room, self._segment_room
         count, first = as_warp(counts, wp.int32), as_warp(structure.path_first_segment, wp.int32)
