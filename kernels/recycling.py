@@ -19,6 +19,11 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
     dtype = lanes.dtype
     module = stage_module("recycling", lanes)
 
+    @wp.func
+    def ranked(cost: dtype):
+        """Return a cost that can be compared: the highest if it is no number, so that as many as wanted go."""
+        return wp.where(wp.isnan(cost), dtype(wp.inf), cost)
+
     @wp.kernel(module=module)
     def choose_paths(
         first: int,
@@ -42,9 +47,10 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
             return
         lower = int(0)
         if drop_count > 0:
-            own = cost[path]
+            own = ranked(cost[path])
             for other in range(counts[0]):
-                if cost[other] < own or (cost[other] == own and other < path):
+                theirs = ranked(cost[other])
+                if theirs < own or (theirs == own and other < path):
                     lower += 1
         if lower >= drop_count:
             kept_paths[path] = 1
