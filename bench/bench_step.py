@@ -1,4 +1,4 @@
-"""Time one step of the fit, and a plain render, by stage.
+"""Time one step of the fit, a plain render, and a change of the paths as a GPU has it, by stage.
 
 The step is the fit's own (``warpvec.fit.loop``) with a stopwatch around the method of each stage. A row is named
 after the kernel file that does its work; "host" is the time of the step outside of its stages. The learning rate is
@@ -43,7 +43,10 @@ from warpvec.errors import InputError
 from warpvec.fit.budget import ANY_FILE
 from warpvec.fit.loop import _Fit
 from warpvec.fit.opacity_columns import OpacityColumns
+from warpvec.fit.placement import colors_at, new_paths
+from warpvec.fit.places import Places
 from warpvec.fit.population import Population
+from warpvec.fit.recycling import Recycling
 from warpvec.fit.regularization import Regularization
 from warpvec.geometry.scene import Scene
 from warpvec.paper.side_terms import SideTerms
@@ -110,8 +113,17 @@ STAGES = {
         Stage("side_terms", SideTerms, "add_adjoint"),
         *_LAST,
     ),
+    "recycling": (
+        Stage("recycling", Recycling, "change"),
+        Stage("places", Places, "draw"),
+    ),
 }
-"""Stages by renderer, in the order of the step; ``compositing_adjoint`` gives image, loss and adjoint in one pass."""
+"""Stages by renderer, in the order of the step; ``compositing_adjoint`` gives image, loss and adjoint in one pass. The
+last ones are those of a change of the paths in an arena, which a fit on a GPU has every 25 steps."""
+
+
+WHOLES = ("step", "render", "recycling")
+"""What a lap times: the tables of the report."""
 
 
 class Bench:
@@ -120,8 +132,12 @@ class Bench:
     def __init__(self, target: torch.Tensor, scene: Scene, config: FitConfig, device: str) -> None:
         self._fit = _Fit(target, config, device, Watch().part(), start=None, saving=None, written=ANY_FILE)
         # The scene to measure replaces the fit's own start.
-        self._fit._population = Population(scene.to(device), config, max(target.shape[:2]) / 2)
-        self.step, self.render = Laps(device), Laps(device)
+        half_side = max(target.shape[:2]) / 2
+        self._fit._population = Population(scene.to(device), config, half_side)
+        # Another one, in an arena: what a step does with it depends on how its memory came to be.
+        self._recycled = Population(scene.to(device), config, half_side, has_room=True)
+        self._places, self._generator = Places(device), torch.Generator().manual_seed(0)
+        self.step, self.render, self.recycling = Laps(device), Laps(device), Laps(device)
         self.counts: dict[str, int] = {"paths": len(scene)}
 
     def warm_up(self) -> None:
@@ -129,10 +145,12 @@ class Bench:
         for _ in range(_WARMUP_STEPS):
             self._take_step()
             self._draw()
+            self._recycle()
 
     def lap(self) -> None:
-        """Time one step and one render as a whole, then one of each by stage."""
-        for name, laps, action in (("step", self.step, self._take_step), ("render", self.render, self._draw)):
+        """Time one step, one render and one recycling as a whole, then one of each by stage."""
+        actions = (self._take_step, self._draw, self._recycle)
+        for name, laps, action in zip(WHOLES, (self.step, self.render, self.recycling), actions, strict=True):
             action()  # as in a fit, the step before used the same buffers, not those of another thread count
             laps.start()
             laps.time(name, action)
@@ -140,9 +158,10 @@ class Bench:
                 laps.time("by stage", action)
 
     def results(self) -> dict[str, dict[str, Statistics]]:
-        """Return the statistics of "step" and "render" by row, in the order of ``STAGES``."""
-        stages = STAGES[self._fit._config.renderer]
-        return {name: _rows(name, laps, stages) for name, laps in (("step", self.step), ("render", self.render))}
+        """Return the statistics of ``WHOLES`` by row, in the order of ``STAGES``."""
+        own = STAGES[self._fit._config.renderer]
+        parts = zip(WHOLES, (self.step, self.render, self.recycling), (own, own, STAGES["recycling"]), strict=True)
+        return {name: _rows(name, laps, stages) for name, laps, stages in parts}
 
     def _take_step(self) -> None:
         self._fit._step(self._fit._iteration, False)
@@ -151,12 +170,22 @@ class Bench:
         scene = self._fit._population.scene
         self._fit._target._renderer.render(scene)
 
+    def _recycle(self) -> None:
+        """Replace as many paths as a fit does at a time, here the lowest and others at random places."""
+        population, config, image = self._recycled, self._fit._config, self._fit._image
+        count = int(len(population) * config.recycle_share)
+        population.remove_cheapest(torch.arange(len(population), dtype=torch.float32, device=image.device), count)
+        center = self._places.draw(image[..., 0], count, self._generator)
+        color, opacity = colors_at(image[..., :3], center), torch.full_like(center[:, 0], 0.5)
+        background = population.shown.background
+        population.append(new_paths(center, (6.0, 6.0), color, opacity, background, 0, config))
+
     @contextmanager
     def _watched(self, laps: Laps) -> Iterator[None]:
         with ExitStack() as patches:
             self._fit._target.pause_recording(True)
             patches.callback(self._fit._target.pause_recording, False)
-            for stage in STAGES[self._fit._config.renderer]:
+            for stage in (*STAGES[self._fit._config.renderer], *STAGES["recycling"]):
                 patches.enter_context(patch.object(stage.owner, stage.method, self._timed(stage, laps)))
             yield
 
@@ -280,7 +309,7 @@ def _benches(
 def _print(benches: dict[str, Bench], rivals: list[Rival], facts: dict[str, Any], device: str) -> None:
     results = {label: bench.results() for label, bench in benches.items()}
     counts = next(iter(benches.values())).counts
-    for whole in ("step", "render"):
+    for whole in WHOLES:
         click.echo(report(whole, {label: result[whole] for label, result in results.items()}) + "\n")
     for label, bench in benches.items():
         click.echo(_report_limits(label, bench, results[label]["step"], device))

@@ -17,10 +17,12 @@ from torch import Tensor
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from warpvec.config.presets import make_config
-from warpvec.fit import loop, target
+from warpvec.fit import clock, loop, record, target
 from warpvec.fit.arena import Arena
 from warpvec.fit.chain import Chain
 from warpvec.fit.loop import fit
+from warpvec.fit.places import Places
+from warpvec.modes.precompile import compile_kernels
 from warpvec.rendering import graph, launch
 from warpvec.rendering.graph import RecordedStep
 from warpvec.rendering.stages import binning, flattening
@@ -30,9 +32,12 @@ READS = ("_local_scalar_dense", "nonzero")
 
 
 class Counts(Counter[str]):
-    """What a fit does: graphs recorded and replayed, launches by the host, and reads; those in chains also apart."""
+    """What a fit does: graphs recorded and replayed, launches by the host, and reads.
 
-    chains = 0
+    Those in chains, and in the changes between them that need no look of the host, are also counted apart.
+    """
+
+    chains = longest = 0
 
     def count(self, name: str, act: Callable[..., Any]) -> Callable[..., Any]:
         def counted(*args: Any, **kwargs: Any) -> Any:
@@ -46,6 +51,8 @@ class Counts(Counter[str]):
     def chained(self, run: Callable[..., Any]) -> Callable[..., Any]:
         def counted(*args: Any) -> Any:
             self.chains += 1
+            if isinstance(args[0], Chain):
+                self.longest = max(self.longest, args[2])
             try:
                 return run(*args)
             finally:
@@ -77,8 +84,13 @@ def counts(monkeypatch: pytest.MonkeyPatch) -> Counts:
     monkeypatch.setattr(wp, "capture_launch", found.count("replays", wp.capture_launch))
     for owner, method, name in ((RecordedStep, "_captured", "graphs"), (launch._Command, "run", "launches")):
         monkeypatch.setattr(owner, method, found.count(name, getattr(owner, method)))
+    monkeypatch.setattr(record, "_HISTORY_GAP", record._HISTORY_GAP_CUDA)
+    monkeypatch.setattr(clock, "LOOK_SECONDS", 1e9)  # a busy machine would shorten chains
     monkeypatch.setattr(Arena, "__init__", found.count("arenas", Arena.__init__))
-    monkeypatch.setattr(Chain, "run", found.chained(Chain.run))
+    # What changes the paths of an arena may not read anything either.
+    for owner, method in ((Chain, "run"), (Arena, "drop"), (Arena, "add"), (Places, "_drawn")):
+        monkeypatch.setattr(owner, method, found.chained(getattr(owner, method)))
+    monkeypatch.setattr(Arena, "drop", found.count("drops", Arena.drop))
     return found
 
 
@@ -106,6 +118,7 @@ def test_a_fit_records_hardly_any_graph_and_chains_read_nothing(curves: int, ite
         fit(small_photo(), make_config(curves=curves, iterations=iterations, device="cpu"))
     assert counts["graphs"] <= 5 and counts["arenas"] == 1
     assert counts["replays in chains"] > 0.9 * iterations
+    assert counts["drops"] > 0.5 * iterations / 25  # recyclings by kernels
     assert counts["reads in chains"] == 0
     assert counts["count reads in chains"] == 0
     # Recyclings and shifts for SSIM replay graphs of their own: of removal costs, and of a picture.
@@ -128,6 +141,7 @@ def test_fits_of_gaussians_have_chains_too(
     with Reads(counts):
         got = fit(small_photo(), config)
     assert counts["graphs"] <= 5 and counts["replays in chains"] > 0.9 * 150 - 20
+    assert counts.longest >= (25 if "preset" in settings else 23)  # recycled paths need a step with removal costs
     assert counts["reads in chains"] == counts["count reads in chains"] == 0
     monkeypatch.setattr(loop, "can_chain", lambda *args: False)
     want = fit(small_photo(), config)
@@ -141,3 +155,16 @@ def test_more_paths_than_there_is_room_for_get_a_larger_arena(counts: Counts) ->
     result = fit(small_photo(), make_config(curves=12, iterations=60, device="cpu"), start=start)
     assert result.scene.structure.segment_count > 60
     assert counts["arenas"] >= 1 and result.scene.segments.isfinite().all()
+
+
+@pytest.mark.slow
+def test_what_a_fit_on_a_gpu_runs_is_compiled_before(counts: Counts, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`warpvec info --compile` leaves nothing to compile for the kernels of a chain and of what lies between chains."""
+    loaded, load = set[str](), wp.Module.load
+    monkeypatch.setattr(wp.Module, "load", lambda module, *args: (loaded.add(module.name), load(module, *args))[1])
+    compile_kernels("cpu")
+    compiled = set(loaded)
+    loaded.clear()
+    fit(small_photo(), make_config(curves=40, iterations=150, device="cpu"))
+    assert any("recycling" in name for name in loaded) and any("places" in name for name in loaded)
+    assert loaded <= compiled

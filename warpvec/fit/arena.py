@@ -15,6 +15,7 @@ import torch
 from torch import Tensor
 
 from warpvec.fit.parametrization import PLANES
+from warpvec.fit.recycling import Recycling, Sources
 from warpvec.geometry.scene import Scene
 from warpvec.geometry.side_opacity import SideOpacity
 from warpvec.geometry.structure import Structure
@@ -52,6 +53,7 @@ class Arena:
         padded: the whole memory as a scene.
         rows, segment_age, age: the whole memory of `Held`.
         counts: number of paths [1] (int32).
+        path_room: paths that there is room for.
     """
 
     def __init__(self, held: Held, path_room: int, segment_room: int, is_equal: bool = False) -> None:
@@ -62,7 +64,7 @@ class Arena:
         def blank(*shape: int, dtype: torch.dtype = torch.float32) -> Tensor:
             return torch.zeros(shape, dtype=dtype, device=device)
 
-        self._path_room, self._segment_room = path_room, segment_room
+        self.path_room, self._segment_room = path_room, segment_room
         self._is_equal = is_equal
         widths = [values.shape[-1] for values in held.rows]
         self.rows = tuple(blank(PLANES, n, width) for n, width in zip((rows, paths, paths), widths, strict=True))
@@ -84,6 +86,7 @@ class Arena:
         looks = (blank(paths, 3), blank(paths), scene.background, blank(paths, dtype=torch.int64))
         sides = None if scene.side_opacity is None else SideOpacity(blank(paths, 2))
         self.padded = Scene(segments, structure, *looks, scene.transparent, side_opacity=sides)
+        self._recycling = Recycling(path_room, segment_room, device)
 
     @staticmethod
     def of_equal_paths(held: Held, path_room: int) -> Arena:
@@ -94,8 +97,15 @@ class Arena:
         """Return whether ``scene`` is plain, and small enough."""
         if self._is_equal and scene.structure.uniform_count != self.padded.structure.uniform_count:
             return False
-        fits = len(scene) <= self._path_room and scene.structure.segment_count <= self._segment_room
+        fits = len(scene) <= self.path_room and scene.structure.segment_count <= self._segment_room
         return fits and is_plain(scene)
+
+    def can_add(self, scene: Scene, path_count: int, segment_count: int) -> bool:
+        """Return whether `add` can put ``scene`` behind so many paths, of at most so many segments."""
+        own, rows = self.padded.structure.uniform_count, scene.structure.segment_count
+        is_equal = scene.structure.uniform_count is not None and own in (None, scene.structure.uniform_count)
+        fits = path_count + len(scene) <= self.path_room and segment_count + rows <= self._segment_room
+        return is_equal and fits and len(scene) > 0 and is_plain(scene)
 
     def take(self, held: Held) -> Held:
         """Copy the paths into this memory, and return them there."""
@@ -116,12 +126,51 @@ class Arena:
         self.segment_age[:rows] = held.segment_age
         self.age[:count], self.age[-1:] = held.age[:count].clone(), held.age[-1:].clone()
         self.counts.fill_(count)
+        return self._held(scene, scene.structure, scene.generation)
+
+    def _held(self, scene: Scene, structure: Structure, generation: Tensor) -> Held:
+        padded, count, rows = self.padded, structure.path_count, structure.segment_count
         color, opacity, background = padded.color[:count], padded.opacity[:count], padded.background
-        found = replace(scene, segments=padded.segments[:rows], color=color, opacity=opacity, background=background)
-        if padded.side_opacity is not None:
-            found = replace(found, side_opacity=SideOpacity(padded.side_opacity.value[:count]))
+        found = replace(
+            scene, segments=padded.segments[:rows], structure=structure, color=color, opacity=opacity,
+            background=background, generation=generation,
+            side_opacity=padded.side_opacity and SideOpacity(padded.side_opacity.value[:count]),
+        )  # fmt: skip
         own_rows = zip(self.rows, (rows, count, count), strict=True)
         return Held(found, tuple(values[:, :n] for values, n in own_rows), self.segment_age[:rows], self.age)
+
+    # Changes without a look of the host, which then does not know the number of segments
+
+    def drop(self, count: int, cost: Tensor) -> Sources:
+        """Take out the ``count`` paths of the lowest ``cost`` [N]; return what is where now."""
+        sources = self._recycling.drop(count, cost, self.padded.structure, self.counts)
+        self._move(sources, None)
+        return sources
+
+    def add(self, held: Held) -> Sources:
+        """Put the paths of ``held``, all of as many segments, behind the others; there must be room for them."""
+        count, rows = len(held.scene), held.scene.structure.segment_count
+        sources = self._recycling.add(count, rows // count, self.padded.structure, self.counts)
+        self._move(sources, held)
+        return sources
+
+    def _move(self, sources: Sources, new: Held | None) -> None:
+        """Bring all values to their places; those of ``new`` paths follow the memory in ``sources``."""
+        memory = _values(Held(self.padded, self.rows, self.segment_age, self.age))
+        added = [None] * len(memory) if new is None else _values(new)
+        blanks = [OFF_CANVAS, 0.0, 0.0] + [None] * (len(memory) - 3)
+        for k, (values, more, blank) in enumerate(zip(memory, added, blanks, strict=True)):
+            _gather(values, more, sources.segment if k < 3 else sources.path, blank)
+
+    def found(self, scene: Scene, generation: Tensor) -> Held:
+        """Return the paths here, of the kind of ``scene`` and with the ``generation`` [N]; the host reads R."""
+        count, uniform_count = len(generation), self.padded.structure.uniform_count
+        if uniform_count is not None:
+            structure = Structure.uniform(count, uniform_count, self.counts.device)
+        else:
+            first, loops = (self._tables[name][: count + 1] for name in ("loop_first_segment", "path_first_loop"))
+            structure = Structure(first.clone(), loops.clone(), check=False)
+        return self._held(scene, structure, generation)
 
     def _follow(self, structure: Structure) -> None:
         """Write the tables of ``structure``, and those of the room behind it."""
@@ -131,13 +180,28 @@ class Arena:
         tables["loop_first_segment"][-1:] = self._segment_room
         rest = torch.arange(rows, self._segment_room, dtype=torch.int32, device=self.counts.device)
         behind = {
-            "segment_path": torch.full_like(rest, self._path_room),
+            "segment_path": torch.full_like(rest, self.path_room),
             "segment_next": rest.roll(-1),
             "segment_previous": rest.roll(1),
         }
         for name, values in behind.items():
             tables[name][:rows] = getattr(structure, name)
             tables[name][rows:] = values
+
+
+def _values(held: Held) -> list[Tensor]:
+    """Return the values of ``held`` by rows: three of segments, and then those of paths."""
+    scene, planes = held.scene, [values.transpose(0, 1) for values in held.rows]
+    sides = [] if scene.side_opacity is None else [scene.side_opacity.value]
+    return [scene.segments, held.segment_age, planes[0], *planes[1:], held.age, scene.color, scene.opacity, *sides]
+
+
+def _gather(memory: Tensor, new: Tensor | None, source: Tensor, blank: float | None = None) -> None:
+    """Bring rows of ``memory`` and of ``new`` to the front of ``memory``; beyond these ``source`` means ``blank``."""
+    rows = [memory[: len(source)], *([] if new is None else [new])]
+    if blank is not None:
+        rows.append(torch.full_like(memory[:1], blank))
+    memory[: len(source)] = torch.cat(rows)[source]
 
 
 def is_plain(scene: Scene) -> bool:

@@ -179,7 +179,7 @@ class _Fit:
         """Take the next step, or all up to the next look of the host; return removal costs if the step wants them."""
         iteration, count, removal_cost = self._iteration, self._iteration_count, None
         self._outlines = None
-        chained = self._chain_length()
+        chained = self._clock.steps_to_look(self._chain_length())
         if chained:
             self._loss, chained = self._chain.take(iteration, chained, count)
         else:
@@ -248,6 +248,8 @@ class _Fit:
         if adjoints.end_color is not None and adjoints.geometry is not None:
             self._population.step_gradients(adjoints.end_color, adjoints.geometry, factor, self._target.fits)
         self._loss = adjoints.loss
+        if any(wanted):  # the host has looked, so this step has changed the paths
+            self._seen_steps = iteration + 1
         return adjoints.removal_cost if want_removal_cost else None
 
     def _differentiate(self, iteration: int, want_removal_cost: bool, want_outlines: bool) -> Adjoints:
@@ -388,8 +390,9 @@ class _Fit:
 
     def _squared_error(self, scene: Scene) -> Tensor:
         """Return the squared error [h, w] of ``scene``: all paths that are there, which an arena has too, or some."""
-        is_whole = len(scene) == len(self._population)
-        return self._target.squared_error(scene, self._population.padded if is_whole else None)
+        padded = self._population.padded
+        is_whole = scene is padded or len(scene) == len(self._population)
+        return self._target.squared_error(scene, padded if is_whole else None)
 
     def _is_trimming(self, iteration: int) -> bool:
         """Return whether paths that are too many for the file are removed after ``iteration``."""

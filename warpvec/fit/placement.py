@@ -46,7 +46,7 @@ def sample_positions(residual: Tensor, count: int, generator: torch.Generator) -
         pixels = _draw_distinct(weights, count, generator)
     pixels = pixels[torch.randperm(count, generator=generator, device=generator.device).to(pixels.device)]
     corner = torch.stack([pixels % residual.shape[1], pixels // residual.shape[1]], 1)
-    return (corner + _uniform((count, 2), generator).to(corner.device)).to(residual.dtype)
+    return (corner + uniform_numbers((count, 2), generator).to(corner.device)).to(residual.dtype)
 
 
 def colors_at(image: Tensor, center: Tensor) -> Tensor:
@@ -92,16 +92,23 @@ def _closed_arcs(count: int, curve_count: int, device: torch.device) -> tuple[Te
     return arc_points(curve_count, CLOSED_ARC), Structure(loops * rows, loops, is_line)
 
 
+def blur_weights() -> list[float]:
+    """Return the weights of the blur of the residual in a row of pixels; their sum is 1."""
+    reach = math.ceil(BLUR_REACH * BLUR_SIGMA)
+    kernel = [math.exp(-0.5 * (offset / BLUR_SIGMA) ** 2) for offset in range(-reach, reach + 1)]
+    return [weight / sum(kernel) for weight in kernel]
+
+
 def _blur(image: Tensor) -> Tensor:
     """Blur ``image`` [height, width] by a Gaussian of ``BLUR_SIGMA``; pixels at the border continue beyond it."""
     # Shifted sums instead of conv1d, which took 80 bytes a pixel and several times as long.
-    reach = math.ceil(BLUR_REACH * BLUR_SIGMA)
-    kernel = [math.exp(-0.5 * (offset / BLUR_SIGMA) ** 2) for offset in range(-reach, reach + 1)]
+    kernel = blur_weights()
+    reach = len(kernel) // 2
     for _ in range(2):
         padded = pad(image[None], (reach, reach), mode="replicate")[0]
         image = torch.zeros_like(image)
         for offset, weight in enumerate(kernel):
-            image.add_(padded[:, offset : offset + image.shape[1]], alpha=weight / sum(kernel))
+            image.add_(padded[:, offset : offset + image.shape[1]], alpha=weight)
         image = image.T.contiguous()
     return image
 
@@ -128,8 +135,8 @@ def _draw(weights: Tensor, count: int, generator: torch.Generator, free: Tensor 
     block_ends = blocks.sum(1, dtype=torch.float64).cpu().cumsum(0)
     if not block_ends[-1]:
         return _draw(torch.ones_like(weights) if free is None else free.to(weights.dtype), count, generator)
-    block = _invert(block_ends, _uniform((count,), generator)).to(weights.device)
-    place = _invert(blocks[block].cumsum(1, dtype=torch.float64), _uniform((count, 1), generator))
+    block = _invert(block_ends, uniform_numbers((count,), generator)).to(weights.device)
+    place = _invert(blocks[block].cumsum(1, dtype=torch.float64), uniform_numbers((count, 1), generator))
     return block * BLOCK + place[:, 0]
 
 
@@ -138,5 +145,6 @@ def _invert(cumulative: Tensor, uniform: Tensor) -> Tensor:
     return torch.searchsorted(cumulative, uniform.to(cumulative.device) * cumulative[..., -1:], right=True)
 
 
-def _uniform(shape: tuple[int, ...], generator: torch.Generator) -> Tensor:
+def uniform_numbers(shape: tuple[int, ...], generator: torch.Generator) -> Tensor:
+    """Return random numbers in [0, 1) (float64) where the ``generator`` is."""
     return torch.rand(shape, generator=generator, device=generator.device, dtype=torch.float64)

@@ -34,15 +34,16 @@ class Population:
     ``config.backdrop`` fixes it or the scene is transparent; a palette applies to a fixed background as well. The live
     scene is rounded to the ``grid``, if there is one.
 
+    Adding or removing paths makes new memory, or overwrites that of an `Arena` if the population ``has_room``, which a
+    recorded graph needs.
+
     Attributes:
-        live: the present paths, in memory that each step overwrites. Adding or removing paths makes new memory, or
-            overwrites that of an `Arena` if the population ``has_room``, which a recorded graph needs.
         before_use: hook that runs before paths are read or edited outside of `step`. A fit on a GPU then takes the
             steps again for which there was no room.
         serial: position of each path [N] in the order of creation, which the z-order by area does not keep.
     """
 
-    live: Scene
+    _live: Scene | None
     _arena: Arena | None
     _copy: Scene | None
     _prefix_counts: list[int] | None
@@ -83,7 +84,17 @@ class Population:
         self._set_live(replace(self._parameters.to_scene(self._rows, scene), background=background))
 
     def __len__(self) -> int:
-        return len(self.live)
+        return len(self.serial)
+
+    @property
+    def live(self) -> Scene:
+        """The present paths, in memory that each step overwrites."""
+        if self._live is None:
+            assert self._arena is not None
+            held = self._arena.found(self._kind, self._generation)
+            self._live, self._rows, self._segment_age, _ = held
+            self._segments_most = self._live.structure.segment_count
+        return self._live
 
     @property
     def prefix_counts(self) -> list[int]:
@@ -118,11 +129,11 @@ class Population:
         if fits is None:
             self._take_step.factor.fill_(factor)
             self._age += 1
-            self._segment_age += 1
+            self._segment_ages.add_(1)
         else:
             torch.mul(fits, factor, out=self._take_step.factor)
             self._age += fits > 0.0
-            self._segment_age += fits > 0.0
+            self._segment_ages.add_(fits > 0.0)
         adjoints = (adj_segments.contiguous().flatten(1), adj_color, adj_opacity, adj_background[None])
         self._take_step(adjoints, not self._fixed_background)
         self._constrain()
@@ -134,6 +145,11 @@ class Population:
     def padded(self) -> Scene | None:
         """The present paths in the whole memory of their arena; None if they are in none."""
         return None if self._arena is None else self._arena.padded
+
+    @property
+    def shown(self) -> Scene:
+        """What draws the present paths: themselves, or the whole memory of their arena."""
+        return self.scene if self._arena is None else self._arena.padded
 
     @property
     def counts(self) -> Tensor | None:
@@ -166,7 +182,12 @@ class Population:
 
     @property
     def _path_age(self) -> Tensor:
-        return self._age[: len(self.live)]
+        return self._age[: len(self)]
+
+    @property
+    def _segment_ages(self) -> Tensor:
+        """Ages of all segments that there is memory for."""
+        return self._segment_age if self._arena is None else self._arena.segment_age
 
     def step_gradients(
         self, adj_end_color: Tensor, adj_geometry: Tensor, factor: float, fits: Tensor | None = None
@@ -212,6 +233,7 @@ class Population:
 
     def state(self) -> State:
         """Return everything that :meth:`restore` needs to continue to the same bits."""
+        live = self.live  # first, as it may bring the others
         return {
             "segments": self._rows[0],
             "color": self._rows[1],
@@ -221,7 +243,7 @@ class Population:
             "age": torch.cat([self._path_age, self._age[-1:]]),
             "serial": self.serial,
             "created": self._created,
-            "live": self.live.to_dict(),
+            "live": live.to_dict(),
             "palette": None if self._palette is None else self._palette.state(),
             "gradients": None if self._gradients is None else self._gradients.state(),
         }
@@ -265,8 +287,9 @@ class Population:
     def keep(self, rows: Tensor) -> None:
         """Keep the paths ``rows``: a mask, or indices in the new order."""
         self.before_use()
+        live = self.live
         rows = rows.nonzero().flatten() if rows.dtype == torch.bool else rows  # once for all that follows
-        structure, segments = self.live.structure.select(rows)
+        structure, segments = live.structure.select(rows)
         own_rows = (segments, rows, rows)
         self._rows = tuple(values[:, each].contiguous() for values, each in zip(self._rows, own_rows, strict=True))
         self._segment_age = self._segment_age[segments]
@@ -276,11 +299,31 @@ class Population:
             self._palette.keep(rows)
         if self._gradients is not None:
             self._gradients.keep(rows)
-        self._set_live(self.live.select(rows, (structure, segments)))
+        self._set_live(live.select(rows, (structure, segments)))
 
     def remove(self, rows: Tensor) -> None:
         """Remove the paths ``rows`` (indices)."""
         self.keep(torch.ones_like(self.serial, dtype=torch.bool).index_fill(0, rows, False))
+
+    def remove_cheapest(self, removal_cost: Tensor, count: int) -> None:
+        """Remove the ``count`` paths of the lowest ``removal_cost`` [N]; in an arena without a look of the host."""
+        if self._arena is None:
+            self.remove(removal_cost.topk(count, largest=False).indices)
+            return
+        self.before_use()
+        sources = self._arena.drop(count, removal_cost)
+        self._follow(sources.path[: len(self) - count], self._generation, self.serial, -count)
+
+    def _follow(self, source: Tensor, generation: Tensor, serial: Tensor, segments_more: int) -> None:
+        """Note that paths have moved in the arena.
+
+        Args:
+            source: where each path [N] was in ``generation`` and ``serial``.
+            segments_more: how many more segments there are at most.
+        """
+        self._generation, self.serial = generation[source], serial[source]
+        self._segments_most += segments_more
+        self._live = self._copy = self._prefix_counts = None
 
     def sort_by_area(self) -> None:
         """Sort the paths by the area of their bounding boxes, the smallest on top."""
@@ -293,20 +336,38 @@ class Population:
     def append(self, scene: Scene) -> None:
         """Add the paths of ``scene`` on top, with fresh optimizer state."""
         self.before_use()
-        new = self._parameters.fresh_rows(scene)
-        added = self._parameters.to_scene(new, scene)
+        rows, count = scene.structure.segment_count, len(scene)
+        planes = self._parameters.fresh_rows(scene)
+        added = self._parameters.to_scene(planes, scene)
         age = self._age[-1:] if self._config.common_age else self._age.new_zeros(1)
-        ages = age.expand(scene.structure.segment_count)
-        self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new, strict=True))
-        self._segment_age = torch.cat([self._segment_age, ages])
-        self._age = torch.cat([self._path_age, age.expand(len(scene)), self._age[-1:]])
-        self.serial = torch.cat([self.serial, torch.arange(len(scene), device=self.serial.device) + self._created])
-        self._created += len(scene)
+        new = Held(added, planes, age.expand(rows), age.expand(count))
+        serial = torch.cat([self.serial, torch.arange(count, device=self.serial.device) + self._created])
+        self._created += count
         if self._palette is not None:
             self._palette.append(scene.color)
         if self._gradients is not None:
             self._gradients.append(added.gradients or Gradients.none(added.color))
-        self._set_live(self.live.joined(added))
+        if self._arena is not None and self._arena.can_add(added, len(self), self._segments_most):
+            self._add_in_arena(self._arena, new, serial)
+        else:
+            self._join(new, serial)
+
+    def _add_in_arena(self, arena: Arena, new: Held, serial: Tensor) -> None:
+        """Add ``new`` paths without a look of the host; ``serial`` is that of all."""
+        before, count = len(self), len(serial)
+        source = arena.add(new).path[:count]
+        source = torch.where(source < before, source, source - arena.path_room + before)
+        generation = torch.cat([self._generation, new.scene.generation])
+        self._follow(source, generation, serial, new.scene.structure.segment_count)
+
+    def _join(self, new: Held, serial: Tensor) -> None:
+        """Add ``new`` paths in memory of their own; ``serial`` is that of all."""
+        live, paths = self.live, self._path_age
+        self._rows = tuple(torch.cat(pair, 1) for pair in zip(self._rows, new.rows, strict=True))
+        self._segment_age = torch.cat([self._segment_age, new.segment_age])
+        self._age = torch.cat([paths, new.age, self._age[-1:]])
+        self.serial = serial
+        self._set_live(live.joined(new.scene))
 
     def split(self, rows: Tensor, t: Tensor | float = 0.5) -> None:
         """Divide the segments ``rows`` [K] at ``t``, as `warpvec.geometry.nodes.split` does."""
@@ -336,7 +397,8 @@ class Population:
         if arena is not None:
             held = arena.take(held)
             scene, self._rows, self._segment_age, self._age = held
-        self.live, self._copy, self._prefix_counts = scene, None, None
+        self._live, self._copy, self._prefix_counts = scene, None, None
+        self._kind, self._generation, self._segments_most = scene, scene.generation, scene.structure.segment_count
         rows = self._rows if arena is None else arena.rows
         ages = (self._segment_age if arena is None else arena.segment_age, self._age)
         counts = scene.color.new_full((1,), len(scene), dtype=torch.int32) if arena is None else arena.counts

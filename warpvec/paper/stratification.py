@@ -30,7 +30,7 @@ from torch import Tensor
 
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
-from warpvec.fit.placement import colors_at, sample_positions
+from warpvec.fit.placement import colors_at
 from warpvec.fit.policies.scaffolding import Scaffolding
 from warpvec.fit.population import Population
 from warpvec.generators import generator_of
@@ -93,11 +93,11 @@ class Stratification(Scaffolding):
         self, population: Population, count: int, radius: float, squared_error: Callable[[Scene], Tensor]
     ) -> None:
         assert self._error is not None  # `look` came first
-        population.append(self._spawn(count, radius, self._error, population.scene.background))
+        population.append(self._spawn(count, radius, self._error, population.shown.background))
         self._error = None
 
     def _spawn(self, count: int, radius: float, error: Tensor, background: Tensor) -> Scene:
-        center = sample_positions(error, count, self._generator).to(self._image).floor() + 0.5
+        center = self._centers(error, count).to(self._image).floor() + 0.5
         return self._paths(center, colors_at(self._colors, center), background, radius)
 
     def _paths(

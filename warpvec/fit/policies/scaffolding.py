@@ -14,6 +14,7 @@ from torch import Tensor
 from warpvec.config.fit_config import FitConfig
 from warpvec.fit import schedule
 from warpvec.fit.placement import colors_at, new_paths, sample_positions
+from warpvec.fit.places import Places
 from warpvec.fit.policies.generator import generator_state
 from warpvec.fit.population import Population
 from warpvec.fit.state import State
@@ -41,6 +42,7 @@ class Scaffolding:
         self._height, self._width = image.shape[:2]
         self._generator = generator_of(config.seed)
         self._generation = 0
+        self._places: Places | None = None  # where paths have memory with room, as for a graph
         self._added = 0  # paths that the next recycling adds beyond those that it removes, if it is positive
 
     def first_paths(self, background: Tensor) -> Scene:
@@ -144,7 +146,7 @@ class Scaffolding:
     def _recycle(self, population: Population, removal_cost: Tensor, squared_error: Callable[[Scene], Tensor]) -> None:
         """Move the paths with the lowest removal cost to where the residual is large."""
         count = max(int(len(population) * self._config.recycle_share), -self._added)
-        population.remove(removal_cost.topk(count, largest=False).indices)
+        population.remove_cheapest(removal_cost, count)
         self._generation = schedule.inflation_count(self._config) + 1
         radius = schedule.recycling_radius(self._config, self._height, self._width)
         self._append(population, count + self._added, radius, squared_error)
@@ -153,16 +155,23 @@ class Scaffolding:
     def _append(
         self, population: Population, count: int, radius: float, squared_error: Callable[[Scene], Tensor]
     ) -> None:
-        scene = population.scene
-        population.append(self._spawn(count, radius, squared_error(scene), scene.background))
+        shown = population.shown
+        if population.padded is not None and self._places is None:
+            self._places = Places(str(shown.color.device))
+        population.append(self._spawn(count, radius, squared_error(shown), shown.background))
 
     def _spawn(self, count: int, radius: float, error: Tensor, background: Tensor) -> Scene:
         """Make ``count`` circles at points drawn by the squared ``error`` [h, w], in the image's colours there."""
-        centers = sample_positions(error, count, self._generator).to(self._image)
+        centers = self._centers(error, count).to(self._image)
         color = colors_at(self._colors, centers)
         opacity = torch.full_like(centers[:, 0], _NEW_OPACITY)
         generation = self._first_generation + self._generation
         return new_paths(centers, (radius, radius), color, opacity, background, generation, self._config)
+
+    def _centers(self, error: Tensor, count: int) -> Tensor:
+        """Draw ``count`` positions [count, 2] by the squared ``error`` [h, w]."""
+        draw = sample_positions if self._places is None else self._places.draw
+        return draw(error, count, self._generator)
 
     def _radius(self, generation: int) -> float:
         return schedule.radius(generation, self._config, self._height, self._width)
