@@ -118,7 +118,7 @@ def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
     rows = np.flatnonzero(is_open & is_end[first] & is_end[last] & ~is_own)
     if not len(rows):
         return parts
-    handles, square = joined(chain, first[rows], last[rows])
+    handles, square = joined(chain, first[rows], last[rows], spread)
     start, end = handles[:, 0] - chain.points[first[rows]], chain.points[last[rows]] - handles[:, 1]
     offers.add(CUBIC, rows, square, unit(np.stack([start, end], 1)))
     offers.handles.update(zip(rows.tolist(), handles, strict=True))
@@ -195,8 +195,11 @@ def _words(chain: Chain, kind: int, ways: Floats, first: Integers, last: Integer
     return found
 
 
-def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats]:
-    """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances."""
+def joined(chain: Chain, first: Integers, last: Integers, spread: float) -> tuple[Floats, Floats]:
+    """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances.
+
+    Where they leave the chain in another direction than it has, these grow by what it costs to keep its direction.
+    """
     share = (np.arange(JOINED_SAMPLES) + 0.5) / JOINED_SAMPLES
     length = chain.length_between(first, last)
     place = chain.reached[first][:, None] + share * length[:, None]
@@ -208,8 +211,9 @@ def joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Float
     square = np.where(np.isnan(found.square), np.inf, found.square)
     ways = unit(np.stack([found.handles[:, 0] - chain.points[first], chain.points[last] - found.handles[:, 1]], 1))
     ends = np.stack([first, last], 1)
-    off = np.where(chain.is_corner[ends], 0.0, np.radians(angle_between(ways, chain.along[ends])))
-    # A handle that turns by 1 moves its cubic by the length times t (1 - t)^2 in the other direction.
+    off = np.radians(angle_between(ways, chain.along[ends])) - 3.0 * spread / REACH
+    off = np.where(chain.is_corner[ends], 0.0, np.maximum(off, 0.0))
+    # A handle that turns by 1 moves its cubic by the length times t (1 - t)^2.
     turned = (off**2).sum(1) * length**2 / 105.0
     bend = _bend_square(chain.turn_between(first, last), length)
     return found.handles, (square + np.minimum(turned, bend)) * length
