@@ -58,7 +58,6 @@ class _Part(NamedTuple):
         width, cap, join: as in `Strokes`.
         length: of its centre lines, in pixels.
         cap_count: number of ends that show their cap.
-        extent: its longer side in pixels.
     """
 
     loops: list[int]
@@ -68,7 +67,6 @@ class _Part(NamedTuple):
     join: int = ROUND
     length: float = 0.0
     cap_count: int = 0
-    extent: float = 0.0
 
     @property
     def has_ends(self) -> bool:
@@ -105,13 +103,11 @@ def _strokes_of(parts: list[_Part]) -> list[Stroke]:
 def _are_outlines(parts: list[_Part]) -> bool:
     """Return whether the ``parts`` of a colour are drawn by their outlines, and not by a pen.
 
-    A round pen shows in round caps. Square ends, miters and areas wider than the pen are what outlines have.
+    A round pen shows in round caps, outlines in square ends and miters.
     """
     bars = [part for part in parts if part.is_long]
-    width = max((part.width for part in bars), default=0.0)
     caps = {part.cap for part in bars if part.cap_count}
-    has_areas = any(not part.lines and part.extent > STROKES.dot_max * width for part in parts)
-    return ROUND not in caps and (BUTT in caps or has_areas or any(part.join == MITER for part in bars))
+    return ROUND not in caps and (BUTT in caps or any(part.join == MITER for part in bars))
 
 
 def _most(kinds: list[int], otherwise: int) -> int:
@@ -145,16 +141,14 @@ def _contains(polygon: Floats, place: Floats) -> bool:
 def _part(control: Floats, loop: Integers, areas: Floats, loops: list[int]) -> _Part:
     """Return what is known of the part with these ``loops``."""
     boundary = boundary_of(control[np.isin(loop, loops)], float(areas[loops[0]]))
-    extent = float(np.ptp(boundary.points, axis=0).max(initial=0.0)) if len(boundary.points) else 0.0
-    none = _Part(loops, [], extent=extent)
     if len(boundary.points) < STROKES.points_min or not may_have_width(boundary):
-        return none
+        return _Part(loops, [])
     disks = inner_disks(boundary)
     width, has_width = stroke_width(boundary, disks)
     found = center_lines(boundary, disks, has_width, width) if width >= STROKES.width_min else None
     if found is None or not found.lines:
-        return none
+        return _Part(loops, [])
     length = sum(float(np.linalg.norm(np.diff(line.points, axis=0), axis=1).sum()) for line in found.lines)
     tolerance = min(STROKES.tolerance, STROKES.tolerance_share * width)
     rows = [fit_line(line, width, tolerance) for line in found.lines]
-    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length, found.cap_count, extent)
+    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length, found.cap_count)
