@@ -95,8 +95,8 @@ def test_a_candidate_that_is_no_stroke_spoils_no_other(monkeypatch: pytest.Monke
     found = recognition.stroke_candidates
     bar = Rows(np.array([[[40.0, 100.0]] * 3, [[80.0, 100.0]] * 3]), np.array([True, True]), True)
 
-    def with_blob(scene: Scene, count: int) -> dict[int, Stroke]:
-        strokes = found(scene, count)
+    def with_blob(scene: Scene, count: int, outline_width: float) -> dict[int, Stroke]:
+        strokes = found(scene, count, outline_width)
         (blob,) = {*scene.generation.tolist()} - {own % count for own in strokes}
         return {**strokes, blob + count: Stroke([0], [bar], 12.0, ROUND, ROUND, [None])}
 

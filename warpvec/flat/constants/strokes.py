@@ -67,9 +67,6 @@ class StrokeConstants:
     """Width of bars, in longer sides of the picture, from which on they are outlines where no round pen shows: a 64th.
     Icons that are drawn by outlines have bars of a 24th and more; lines of charts and plans are a hundredth at most."""
 
-    dot_max: float = 1.2
-    """Size in widths up to which what is no line may be a dot of the pen; larger ones are areas."""
-
     # Skeletons (strokes/skeleton.py)
 
     ridge: float = 1.25

@@ -50,6 +50,7 @@ class Attempt:
         best: the best one so far, fitted to the picture; None if there is none. Of those that match it without a
             difference it is the simplest, and otherwise the last that the picture accepts: that has the most freedom.
         is_close: whether the best one matches without a difference.
+        cost: numbers of the best one as it was tried: a fit turns arcs into other cubics.
         level: which of ``STROKES.again_shares`` said how far its lines may move. After these they have twice the rows.
         rise: by how much the error [h, w] rose with sharp corners; None before that is known.
     """
@@ -60,6 +61,7 @@ class Attempt:
     next: Stroke | None
     best: Stroke | None = None
     is_close: bool = False
+    cost: float = 0.0
     level: int = 0
     rise: Floats32 | None = None
 
@@ -67,7 +69,7 @@ class Attempt:
     def of(fitted: Stroke, match: Match, detail: float, nats: float) -> Attempt:
         """Return the first attempt for a stroke as it was found, fitted to the picture."""
         best = None if match is Match.REFUSED else fitted
-        first = Attempt(fitted, detail, nats, None, best, match is Match.CLOSE)
+        first = Attempt(fitted, detail, nats, None, best, match is Match.CLOSE, fitted.cost)
         return first._with(first._simpler(fitted))
 
     @property
@@ -91,9 +93,9 @@ class Attempt:
         if self.next is None:
             return self
         if match is Match.CLOSE:
-            return replace(self, best=fitted, is_close=True)._with(self._simpler(fitted))
+            return replace(self, best=fitted, is_close=True, cost=self.next.cost)._with(self._simpler(fitted))
         best = fitted if match is Match.ACCEPTED and not self.is_close else self.best
-        if match is Match.LONG and (shorter := self._simpler(fitted, _EXACT)).cost < fitted.cost:
+        if match is Match.LONG and (shorter := self._simpler(fitted, _EXACT)).cost < self.next.cost:
             return replace(self, next=shorter, best=best)
         level, count = self.level + 1, len(STROKES.again_shares)
         sharp = rise if self.rise is None else self.rise
@@ -104,7 +106,7 @@ class Attempt:
 
     def _with(self, stroke: Stroke) -> Attempt:
         """Return this with another stroke to try, unless the best one matches as well and is as simple."""
-        is_needed = self.best is None or not self.is_close or stroke.cost < self.best.cost
+        is_needed = self.best is None or not self.is_close or stroke.cost < self.cost
         return replace(self, next=stroke if is_needed else None)
 
     def _simpler(self, stroke: Stroke, level: int = 0) -> Stroke:

@@ -27,14 +27,25 @@ def stroke_candidates(scene: Scene, generation_count: int, outline_width: float 
     They go by the generation that each has as a path of its own; see `set_apart`. Paths of very many segments are left
     out, and bars at least as wide as ``outline_width`` pixels where no round pen shows.
     """
-    found = dict[int, Stroke]()
+    parts, found = _parts_by_color(scene), dict[int, Stroke]()
+    for of_color in parts.values():
+        are_outlines = _are_outlines([part for own in of_color.values() for part in own])
+        for path, own in of_color.items():
+            strokes = [each for each in _strokes_of(own) if not are_outlines or each.width < outline_width]
+            first = int(scene.generation[path]) + generation_count
+            found |= {first + k * generation_count: stroke for k, stroke in enumerate(strokes)}
+    return found
+
+
+def _parts_by_color(scene: Scene) -> dict[tuple[float, ...], dict[int, list[_Part]]]:
+    """Return the connected parts of each path that may be strokes, by the colour of the path and its number."""
+    found = dict[tuple[float, ...], dict[int, list[_Part]]]()
     counts = torch.bincount(scene.structure.segment_path, minlength=len(scene)).tolist()
     for path in range(len(scene)):
         is_flat = scene.gradients is None or int(scene.gradients.kind[path]) == FLAT
-        is_tried = is_flat and counts[path] <= STROKES.segments_max
-        strokes = _candidates(scene.select(torch.tensor([path])), outline_width) if is_tried else []
-        own = int(scene.generation[path]) + generation_count
-        found |= {own + k * generation_count: stroke for k, stroke in enumerate(strokes)}
+        if is_flat and counts[path] <= STROKES.segments_max:
+            color = tuple(torch.round(255.0 * scene.color[path]).tolist())
+            found.setdefault(color, {})[path] = _parts_of(scene.select(torch.tensor([path])))
     return found
 
 
@@ -47,7 +58,6 @@ class _Part(NamedTuple):
         width, cap, join: as in `Strokes`.
         length: of its centre lines, in pixels.
         cap_count: number of ends that show their cap.
-        extent: its longer side in pixels.
     """
 
     loops: list[int]
@@ -57,7 +67,6 @@ class _Part(NamedTuple):
     join: int = ROUND
     length: float = 0.0
     cap_count: int = 0
-    extent: float = 0.0
 
     @property
     def has_ends(self) -> bool:
@@ -71,32 +80,34 @@ class _Part(NamedTuple):
         return bool(self.lines) and self.length >= least * self.width
 
 
-def _candidates(scene: Scene, outline_width: float) -> list[Stroke]:
-    """Return the parts of a scene of one path that may be strokes, which look alike."""
+def _parts_of(scene: Scene) -> list[_Part]:
+    """Return the connected parts of a scene of one path."""
     control, loop = control_points(scene), segment_loops(scene)
     areas = loop_areas(control, loop, scene.structure.loop_count)
-    parts = [_part(control, loop, areas, loops) for loops in _components(control, loop, areas)]
+    return [_part(control, loop, areas, loops) for loops in _components(control, loop, areas)]
+
+
+def _strokes_of(parts: list[_Part]) -> list[Stroke]:
+    """Return those of the ``parts`` of a path that may be strokes, which look alike."""
     widths = [part.width for part in parts if part.is_long]
     if not widths:
         return []
     common = float(np.median(widths))
     alike = [p for p in parts if p.lines and abs(p.width - common) <= STROKES.width_error * common]
-    if common >= outline_width and _are_outlines(parts, alike, common):
-        return []
     cap = _most([part.cap for part in alike if part.has_ends], BUTT)
     chosen = [part for part in alike if part.cap == cap or not part.has_ends]
     join = _most([part.join for part in chosen if part.is_long], ROUND)
     return [Stroke(part.loops, part.lines, common, cap, join, [None] * len(part.lines)) for part in chosen]
 
 
-def _are_outlines(parts: list[_Part], alike: list[_Part], width: float) -> bool:
-    """Return whether bars ``alike`` are drawn by their outlines, as the others of all ``parts`` are.
+def _are_outlines(parts: list[_Part]) -> bool:
+    """Return whether the ``parts`` of a colour are drawn by their outlines, and not by a pen.
 
-    A round pen shows in round caps. Square ends, miters and areas wider than the pen are what outlines have.
+    A round pen shows in round caps, outlines in square ends and miters.
     """
-    caps = {part.cap for part in alike if part.cap_count}
-    has_areas = any(not part.lines and part.extent > STROKES.dot_max * width for part in parts)
-    return ROUND not in caps and (BUTT in caps or has_areas or any(part.join == MITER for part in alike))
+    bars = [part for part in parts if part.is_long]
+    caps = {part.cap for part in bars if part.cap_count}
+    return ROUND not in caps and (BUTT in caps or any(part.join == MITER for part in bars))
 
 
 def _most(kinds: list[int], otherwise: int) -> int:
@@ -130,16 +141,14 @@ def _contains(polygon: Floats, place: Floats) -> bool:
 def _part(control: Floats, loop: Integers, areas: Floats, loops: list[int]) -> _Part:
     """Return what is known of the part with these ``loops``."""
     boundary = boundary_of(control[np.isin(loop, loops)], float(areas[loops[0]]))
-    extent = float(np.ptp(boundary.points, axis=0).max(initial=0.0)) if len(boundary.points) else 0.0
-    none = _Part(loops, [], extent=extent)
     if len(boundary.points) < STROKES.points_min or not may_have_width(boundary):
-        return none
+        return _Part(loops, [])
     disks = inner_disks(boundary)
     width, has_width = stroke_width(boundary, disks)
     found = center_lines(boundary, disks, has_width, width) if width >= STROKES.width_min else None
     if found is None or not found.lines:
-        return none
+        return _Part(loops, [])
     length = sum(float(np.linalg.norm(np.diff(line.points, axis=0), axis=1).sum()) for line in found.lines)
     tolerance = min(STROKES.tolerance, STROKES.tolerance_share * width)
     rows = [fit_line(line, width, tolerance) for line in found.lines]
-    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length, found.cap_count, extent)
+    return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length, found.cap_count)

@@ -17,7 +17,7 @@ from warpvec.flat.simplification.local_error import errors_in_boxes, errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
-from warpvec.flat.strokes.stroke import Stroke, read_back, set_apart, with_shared_looks, with_strokes
+from warpvec.flat.strokes.stroke import Stroke, joined_strokes, read_back, set_apart, with_shared_looks, with_strokes
 from warpvec.geometry.scene import Scene
 from warpvec.polish.polish import polish
 from warpvec.watch.decisions import are_wanted, box_of
@@ -44,6 +44,7 @@ def find_strokes(
     outline_width = share * max(critic.image.shape[:2])
     tried = {} if watch.is_over() else stroke_candidates(scene, generation_count, outline_width)
     found = _accepted(set_apart(scene, tried, generation_count), tried, critic, watch, detail) if tried else {}
+    found = joined_strokes(found, generation_count)
     return (set_apart(scene, found, generation_count) if found else scene), found
 
 

@@ -55,6 +55,11 @@ class Stroke:
         rows = zip(self.lines, self.forms, strict=True)
         return replace(self, lines=[halved(line) if form is None else line for line, form in rows])
 
+    def joined(self, other: Stroke) -> Stroke:
+        """Return this with the loops and lines of another stroke that looks alike."""
+        loops, lines, forms = self.loops + other.loops, self.lines + other.lines, self.forms + other.forms
+        return replace(self, loops=loops, lines=lines, forms=forms)
+
     @property
     def key(self) -> tuple[Any, ...]:
         """What only strokes of the very same values share."""
@@ -81,6 +86,17 @@ def with_shared_looks(strokes: dict[int, Stroke]) -> dict[int, Stroke]:
         path: replace(stroke, width=width[path], cap=stroke.cap if cap is None or stroke.has_ends else cap)
         for path, stroke in strokes.items()
     }
+
+
+def joined_strokes(strokes: dict[int, Stroke], generation_count: int) -> dict[int, Stroke]:
+    """Return ``strokes`` of which those of one path that look alike are one; they go by generations of `set_apart`."""
+    looks = dict[tuple[float, ...], int]()
+    found = dict[int, Stroke]()
+    for own, stroke in strokes.items():
+        first = looks.setdefault((own % generation_count, stroke.width, stroke.cap, stroke.join), own)
+        known = found.get(first)
+        found[first] = stroke if known is None else known.joined(stroke)
+    return found
 
 
 def with_strokes(scene: Scene, strokes: dict[int, Stroke]) -> Scene:
