@@ -309,10 +309,16 @@ def test_a_file_is_saved_for_what_it_is_for(
     desk: DeskPage, tmp_path: Path, label: str, button: str, start: bytes
 ) -> None:
     pytest.importorskip("ezdxf")
+    expect = pytest.importorskip("playwright.sync_api").expect
     desk.drop(write_logo(tmp_path / "logo.png"))
     desk.wait_for_status("done")
-    desk.page.get_by_label("For", exact=True).select_option(label=label)
+    desk.page.set_viewport_size({"width": 1280, "height": 720})
+    uses = desk.page.get_by_label("For", exact=True)
+    expect(uses).to_be_in_viewport(ratio=1.0)  # nobody has to look for it, nor to scroll
+    uses.select_option(label=label)
+    chosen = desk.page.get_by_role("button", name=button, exact=True).last
+    expect(chosen).to_be_in_viewport(ratio=1.0)
     with desk.page.expect_download() as download:
-        desk.page.get_by_role("button", name=button, exact=True).last.click()
+        chosen.click()
     assert Path(download.value.path()).read_bytes().replace(b"\r", b"").startswith(start)
     assert desk.page.inner_text("#message").startswith("Saved logo.")

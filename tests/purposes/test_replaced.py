@@ -89,6 +89,20 @@ def test_print_has_finer_rings_than_screens() -> None:
     assert counts[0] < counts[1]
 
 
+def test_paler_paths_have_fewer_rings_and_all_rings_err_alike() -> None:
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{SIDE}" height="{SIDE}" viewBox="0 0 {SIDE} {SIDE}"><defs>'
+    blur = '<filter id="b" x="-1" y="-1" width="3" height="3" color-interpolation-filters="sRGB">'
+    shape = '<g><path fill="{}" filter="url(#b)" d="M44 44h40v40h-40z"/></g></svg>'
+    counts = []
+    for color in ("#000", "#888"):
+        drawing = f'{head}{blur}<feGaussianBlur stdDeviation="12"/></filter></defs>{shape.format(color)}'
+        text = text_for(drawing, PURPOSES["plain"]).text
+        counts.append(text.count("<path"))
+        assert error_db(text, drawing) > 39.0
+    assert counts[1] < 0.6 * counts[0]
+    assert counts[0] < 20  # in even steps: 21
+
+
 def test_machines_get_one_colour_for_each_path_and_no_ground() -> None:
     for name in ("pen", "cricut"):
         fitted = text_for(DRAWING, PURPOSES[name])

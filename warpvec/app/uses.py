@@ -24,7 +24,7 @@ class Use(NamedTuple):
 
 USES = (
     Use("Web, Inkscape, most programs", "svg", "web", "An SVG with all that the drawing has."),
-    Use("My cutter or laser", "dxf", "web", "A DXF in millimetres: set its width under Figures. Make has more."),
+    Use("My cutter or laser", "dxf", "web", "A DXF in millimetres: set its width at the right. Make, above, has more."),
     Use("Cricut", "svg", "cricut", "An SVG that Design Space opens at its size, with one colour for each shape."),
     Use("A pen plotter", "svg", "pen", "An SVG for vpype and plotters, with a layer for each pen."),
     Use("An Android app", "xml", "android", "A VectorDrawable: put it into res/drawable of the app."),

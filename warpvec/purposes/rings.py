@@ -34,6 +34,9 @@ _EDGE = 2.5
 _APART = 1.25
 """Least distance of rings in units: the edge of a path, as it is drawn, rises over one pixel by itself."""
 
+_FLAT, _BINS = 0.01, 49
+"""Share of the height of an edge within which it is level, as ``_CELLS`` shows no less, and bins of twice that."""
+
 _POINTS_MIN = 8
 """Fewest points of a ring: smaller ones are specks of a few cells."""
 
@@ -47,10 +50,9 @@ def rings_of(one: Scene, width: float, height: float, threads: int | None = None
     sigma, total = float(one.softness.sigma), float(one.opacity)
     field, left, top, scale = _coverage(one, sigma, width, height, threads)
     peak = float(field.max(initial=0.0))
-    count = max(1, min(math.ceil(total * peak / STEP), math.ceil(_EDGE * sigma / _APART)))
-    levels = [peak * (number - 0.5) / count for number in range(1, count + 1)]
-    shown = opacities([total * peak * number / count for number in range(1, count + 1)])
-    lines = contour_generator(z=np.pad(field, 1))
+    covered = peak * _covered(field[field > 0.0] / peak, total * peak * _contrast(one), _EDGE * sigma / _APART)
+    levels, shown = (covered[:-1] + covered[1:]) / 2.0, opacities((total * covered[1:]).tolist())
+    count, lines = len(levels), contour_generator(z=np.pad(field, 1))
     red, green, blue = one.color[0].tolist()
     color, outlines = (red, green, blue), []
     for level, opacity in zip(levels, shown, strict=True):
@@ -64,6 +66,34 @@ def rings_of(one: Scene, width: float, height: float, threads: int | None = None
     same = torch.zeros(len(made), dtype=torch.long)
     paints = None if one.gradients is None else one.gradients.map(lambda values: values[same])
     return replace(made, background=one.background, transparent=one.transparent, gradients=paints)
+
+
+def _contrast(one: Scene) -> float:
+    """Return how far the colour of a path is from black or white, whichever is farther; 1 for a gradient."""
+    if one.gradients is not None:
+        return 1.0
+    color = one.color[0].double()
+    return max(float((color - ground).square().mean().sqrt()) for ground in (0.0, 1.0))
+
+
+def _covered(shares: Floats, change: float, most: float) -> Floats:
+    """Return what rings on each other cover [rings + 1], from 0 for none to 1 for all of them.
+
+    The steps are small where much is shaded alike, so that all err alike: the density of codes of least squared error
+    goes with the cube root of that of the values (P. F. Panter, W. Dite, "Quantization distortion in pulse-count
+    modulation with nonuniform spacing of levels", Proc. IRE, 1951). As many rings err as even steps of ``STEP`` would.
+
+    Args:
+        shares: what the soft path covers of each cell that it reaches, as shares of the most [K].
+        change: of the colour from none to all.
+        most: most rings.
+    """
+    density, edges = np.histogram(shares, _BINS, (_FLAT, 1.0 - _FLAT))
+    codes = np.append(0.0, np.cbrt(density / max(1, density.sum()) * _BINS).cumsum() / _BINS)
+    count = max(1, math.ceil(min(change / STEP * codes[-1] ** 1.5, most)))
+    covered: Floats = np.interp(np.linspace(0.0, codes[-1], count + 1), codes, edges)
+    covered[0], covered[-1] = 0.0, 1.0
+    return covered
 
 
 def _coverage(
