@@ -64,6 +64,7 @@ class _Work:
         scene: the drawing so far.
         left: the loops that may be said with fewer numbers.
         firm: boxes [B, 2, 2] of loops in which they must be kept better.
+        waiting: loops that wait for a round without them, as one with them was no good.
     """
 
     critic: Critic
@@ -73,6 +74,7 @@ class _Work:
     scene: Scene
     left: set[int]
     firm: dict[int, Floats] = field(default_factory=dict)
+    waiting: set[int] = field(default_factory=set)
 
     def make_round(self) -> None:
         """Choose the parts of the loops that are left, and take those that the picture accepts."""
@@ -88,10 +90,15 @@ class _Work:
         rise = errors_near(samples.control, self.critic.error(new) - self.before)
         if are_wanted():
             self._note(new, tried, rise, allowed)
-        is_tried = np.isin(segment_loops(new), list(tried))
-        self.scene = self._put_back(old, new, is_tried & (rise > allowed), float(self.before.sum() + allowed.sum()))
-        if self.scene is old:
-            self._hold(new, is_tried)
+        wrong = np.isin(segment_loops(new), list(tried)) & (rise > allowed)
+        self.scene = self._put_back(old, new, wrong, float(self.before.sum() + allowed.sum()))
+        refused = set(np.unique(segment_loops(new)[wrong]).tolist())
+        if self.scene is not old:
+            self.left, self.waiting = self.left | self.waiting, set()
+        elif refused:
+            self.left, self.waiting = self.left - refused, self.waiting | refused
+        else:
+            self._hold(new, np.isin(segment_loops(new), list(tried)))
 
     def _put_back(self, old: Scene, new: Scene, wrong: Mask, error_max: float) -> Scene:
         """Return ``new`` with the outlines of ``old`` that have a segment that is ``wrong`` [R], which are held firmer.
