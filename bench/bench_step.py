@@ -122,7 +122,7 @@ STAGES = {
 last ones are those of a change of the paths in an arena, which a fit on a GPU has every 25 steps."""
 
 
-WHOLES = ("step", "render", "recycling")
+WHOLES = ("step", "render", "change")
 """What a lap times: the tables of the report."""
 
 
@@ -137,7 +137,7 @@ class Bench:
         # Another one, in an arena: what a step does with it depends on how its memory came to be.
         self._recycled = Population(scene.to(device), config, half_side, has_room=True)
         self._places, self._generator = Places(device), torch.Generator().manual_seed(0)
-        self.step, self.render, self.recycling = Laps(device), Laps(device), Laps(device)
+        self.step, self.render, self.change = Laps(device), Laps(device), Laps(device)
         self.counts: dict[str, int] = {"paths": len(scene)}
 
     def warm_up(self) -> None:
@@ -148,9 +148,9 @@ class Bench:
             self._recycle()
 
     def lap(self) -> None:
-        """Time one step, one render and one recycling as a whole, then one of each by stage."""
+        """Time one step, one render and one change of the paths as a whole, then one of each by stage."""
         actions = (self._take_step, self._draw, self._recycle)
-        for name, laps, action in zip(WHOLES, (self.step, self.render, self.recycling), actions, strict=True):
+        for name, laps, action in zip(WHOLES, (self.step, self.render, self.change), actions, strict=True):
             action()  # as in a fit, the step before used the same buffers, not those of another thread count
             laps.start()
             laps.time(name, action)
@@ -160,7 +160,7 @@ class Bench:
     def results(self) -> dict[str, dict[str, Statistics]]:
         """Return the statistics of ``WHOLES`` by row, in the order of ``STAGES``."""
         own = STAGES[self._fit._config.renderer]
-        parts = zip(WHOLES, (self.step, self.render, self.recycling), (own, own, STAGES["recycling"]), strict=True)
+        parts = zip(WHOLES, (self.step, self.render, self.change), (own, own, STAGES["recycling"]), strict=True)
         return {name: _rows(name, laps, stages) for name, laps, stages in parts}
 
     def _take_step(self) -> None:
