@@ -55,11 +55,11 @@ def undated(data: bytes) -> bytes:
 def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(write, kind: str, tmp_path: Path) -> None:
     pytest.importorskip("cairosvg")
     pytest.importorskip("ezdxf")
-    source, soft = write(tmp_path / "picture.png"), "auto"
-    invoke("run", str(source), str(tmp_path / "drawing.svg"), "--soft", soft)
+    source = write(tmp_path / "picture.png")
+    invoke("run", str(source), str(tmp_path / "drawing.svg"))
     text = (tmp_path / "drawing.svg").read_text()
     out = tmp_path / f"drawing.{kind}"
-    said = invoke("run", str(source), str(out), "--soft", soft).output
+    said = invoke("run", str(source), str(out)).output
     made = encode(text, kind)
     assert undated(made.data) == undated(out.read_bytes())
     stated = [line for line in said.splitlines() if line.startswith(("for ", "not kept in "))]

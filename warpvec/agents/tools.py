@@ -23,7 +23,7 @@ from warpvec.result import Result
 from warpvec.svg.document import MAX_SVG_BYTES, read_text
 from warpvec.svg.measure import evaluate
 from warpvec.writers.png import drawing_size
-from warpvec.writers.registry import check_suffix, encode, usual_settings
+from warpvec.writers.registry import check_suffix, encode
 from warpvec.writers.writer import Canvas, Target
 
 SECONDS_DEFAULT = 60.0
@@ -74,9 +74,7 @@ class Tools:
         """
         source = self._folders.source(image, "image")
         with self._target(out, overwrite) as target, self._turn:
-            return self._saved(
-                vectorize(source, **self._with_usual({**usual_settings(target), **settings})), target, overwrite
-            )
+            return self._saved(vectorize(source, **self._with_usual(settings)), target, overwrite)
 
     def refine(self, image: str, svg: str, out: str, settings: dict[str, Any], *, overwrite: bool) -> Answer:
         """Fit the drawing ``svg`` to the picture ``image``, as the file ``out``.

@@ -143,7 +143,7 @@ def _decode_file(data: bytes, label: str, name: str, page: int | None) -> Decode
         except InputError as other:
             if other.name == "page":
                 raise
-        raise  # what Pillow says of it
+            raise InputError(name, other.rule, other.value, OTHER_TIFF) from None  # Pillow only knows no such kind
 
 
 def _decode_in_sandbox(work: str, data: bytes, label: str, name: str, page: int | None) -> Decoded:

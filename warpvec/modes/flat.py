@@ -28,6 +28,7 @@ from warpvec.geometry.scene import Scene
 from warpvec.goals.search import meet
 from warpvec.modes.detail import Detail
 from warpvec.modes.request import Request
+from warpvec.polish.drawn_circles import with_drawn_circles
 from warpvec.watch.watch import UNWATCHED, Watch
 
 
@@ -175,7 +176,8 @@ def finished(request: Request, scene: Scene, detail: float, left_out: dict[str, 
     is_in_pixels = settings.cutout or (encoding.is_minified and settings.grid == AUTO)
     side = 0 if is_in_pixels else grid_side(scene, encoding.picture.reduced_size, settings.grid)
     encoding = encoding.on_grid(side) if side else encoding
-    return Drawing.of(scene, encoding, "cpu", left_out=left_out)
+    drawing = Drawing.of(scene, encoding, "cpu", left_out=left_out)
+    return drawing if side else with_drawn_circles(drawing, request.watch)
 
 
 def on_paper(scene: Scene, paper: str) -> Scene:

@@ -14,6 +14,7 @@ from torch import Tensor
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS
 from warpvec.fit.target import Target
+from warpvec.geometry.scene import over_white
 from warpvec.polish.rounds import Rounds
 from warpvec.rendering.draw import draw_exactly
 from warpvec.svg.measure import draw_like
@@ -38,7 +39,7 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     for number in range(ROUNDS):
         if not rounds.are_left:
             break
-        target = Target(_as_fitted(last, rounds.target), rounds.config, rounds.target.device, picture.blur)
+        target = Target(as_fitted(last, rounds.target), rounds.config, rounds.target.device, picture.blur)
         last = drawing.with_fitted(rounds.polished(last.fitted, ITERATIONS, target))
         gain = last.psnr_as_fitted - best.psnr_as_fitted
         if gain > 0.0:
@@ -48,14 +49,20 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     return best
 
 
-def _as_fitted(drawing: Drawing, target: Target) -> Tensor:
-    """Return the picture minus the difference between the file of ``drawing`` and the exact areas of its paths.
+def as_fitted(drawing: Drawing, target: Target) -> Tensor:
+    """Return the picture minus the difference between the plain file of ``drawing`` and the exact areas of its paths.
 
     The difference is as blurred as the picture of ``target``.
     """
     encoding, picture = drawing.encoding, drawing.encoding.picture
-    plain = Drawing.of(drawing.fitted, replace(encoding, options=DEFAULT_FILE_OPTIONS), drawing.device)
+    plain = plain_file(drawing)
     drawn = torch.from_numpy(draw_like(plain.text, picture.pixels)).float() / 255.0
-    exact = torch.from_numpy(draw_exactly(plain.scene, picture.height, picture.width, encoding.settings.threads))
+    scene = over_white(plain.scene)
+    exact = torch.from_numpy(draw_exactly(scene, picture.height, picture.width, encoding.settings.threads))
     difference = drawn - exact
     return torch.from_numpy(picture.reduced) - (difference if target.blur is None else target.blur(difference))
+
+
+def plain_file(drawing: Drawing) -> Drawing:
+    """Return ``drawing`` as a file in pixels, without what the options of its own file change."""
+    return Drawing.of(drawing.fitted, replace(drawing.encoding, options=DEFAULT_FILE_OPTIONS), drawing.device)

@@ -7,7 +7,6 @@ from importlib import import_module
 from pathlib import Path
 
 from warpvec.errors import InputError
-from warpvec.purposes.table import PURPOSES
 from warpvec.writers import svg, svgz
 from warpvec.writers.writer import DEFAULT_TARGET, Target, Writer
 
@@ -29,13 +28,6 @@ PAGE_SUFFIXES = (*SVG_SUFFIXES, ".jsx")
 def writer_of(path: str | os.PathLike[str]) -> Writer:
     """Return the writer for the suffix of ``path``, in any case; that of SVG for an unknown one, as of a device."""
     return WRITERS.get(Path(path).suffix.lower(), svg.WRITER)
-
-
-def usual_settings(path: str | os.PathLike[str], purpose: str | None = None) -> dict[str, str]:
-    """Return the settings, by name, that suit a drawing that becomes the file ``path``, unless others are given."""
-    writer = writer_of(path)
-    draws_blur = writer.draws_blur and PURPOSES[purpose or writer.purpose].has_shades
-    return {} if draws_blur else {"soft": "0"}
 
 
 def check_suffix(path: str | os.PathLike[str], name: str) -> None:

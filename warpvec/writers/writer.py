@@ -59,8 +59,7 @@ class Writer:
         encode: returns the bytes of the file of an SVG text for a target.
         check: raises InputError if a package or library that the writer needs is missing. It gets the path of the file
             and its name in messages.
-        draws_blur: whether the file shows the blur of soft paths. Others draw them sharp, which looks worse than paths
-            that are sharp in the drawing: a knife cuts no blur.
+        draws_blur: whether the file shows the blur of soft paths. Others draw them sharp: a knife cuts no blur.
         purpose: what such a file is for, a key of `warpvec.purposes.table.PURPOSES`.
     """
 

@@ -32,7 +32,7 @@ from warpvec.errors import InputError
 from warpvec.files import check_writable, write_atomic
 from warpvec.goals.goal import refuse_states
 from warpvec.purposes.table import PURPOSES
-from warpvec.writers.registry import usual_settings, writer_of
+from warpvec.writers.registry import writer_of
 
 if TYPE_CHECKING:
     from warpvec.config.fit_config import FitConfig
@@ -85,9 +85,7 @@ def run(ctx: click.Context, /, source: str, out: str, **options: Any) -> None:
         return
     gzip = options["gzip"] or Path(out).suffix.lower() == ".svgz"
     options["purpose"] = options["purpose"] or writer_of(out).purpose
-    usual = usual_settings(out, options["purpose"])
-    usual = {name: value for name, value in usual.items() if options[name] is None}
-    config, goal = requested({**options, **usual, "gzip": gzip})
+    config, goal = requested({**options, "gzip": gzip})
     _check_outputs(out, options, goal)
     check_cutting(options)
     config = _with_mode_of_checkpoints(config, options)
