@@ -130,7 +130,7 @@ def cut_out(drawing: Drawing, watch: Watch = UNWATCHED) -> Drawing:
         drawing: the drawing.
         watch: the watch over the run.
     """
-    encoding = replace(drawing.encoding, keeps_paths=True)
+    encoding = replace(drawing.encoding, keeps_paths=True, closes_exactly=True)
     picture = encoding.picture
     whole = without_strokes(drawing.scene.cpu().outlined()).scaled(*picture.reduction)
     scene, left_out = without_overlaps(whole, encoding, watch)

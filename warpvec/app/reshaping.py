@@ -147,7 +147,8 @@ def _answer(text: str, way: Callable[[str, Scene], Reshaped | str]) -> dict[str,
 
 def _written(scene: Scene, text: str) -> str:
     loaded = read_svg(text)
-    return write_svg(scene, round(loaded.width), round(loaded.height), precision=PRECISION)
+    size = round(loaded.width), round(loaded.height)
+    return write_svg(scene, *size, precision=PRECISION, closes_exactly=loaded.closes_exactly)
 
 
 # Strokes

@@ -70,6 +70,7 @@ class Encoding:
         is_minified: whether the file has the shortest form; see `warpvec.svg.minify`.
         keeps_layers: whether the shortest form has a group for each layer.
         keeps_paths: whether paths that cannot be seen stay, and smooth nodes stay smooth.
+        closes_exactly: whether loops come back to their start also where a reader's sums are rounded.
         grid: units along the longer side of the grid that the drawing was made on; 0 for none.
         simplify: returns a rounded scene without outlines that cross themselves, given the distance of the file's
             coordinates in pixels, across and down; None for drawings that may have some.
@@ -87,6 +88,7 @@ class Encoding:
     is_minified: bool = False
     keeps_layers: bool = False
     keeps_paths: bool = False
+    closes_exactly: bool = False
     grid: int = 0
     simplify: Callable[[Scene, tuple[float, float]], Scene] | None = None
 
@@ -116,7 +118,7 @@ class Encoding:
 
     def of_drawing(self) -> Encoding:
         """Return the encoding of a drawing of flat art, whose paths and smooth nodes stay."""
-        encoding = replace(self, keeps_paths=True)
+        encoding = replace(self, keeps_paths=True, closes_exactly=True)
         if not self.settings.minify:
             return encoding
         if self._purpose.has_units or self.settings.units:
@@ -229,12 +231,14 @@ class Encoding:
             return write_minified(
                 scene, columns, rows, sides, precision=self.precision, keeps_layers=self.keeps_layers,
                 has_groups=purpose.has_groups, has_arcs=purpose.has_arcs, profile=purpose.profile,
+                closes_exactly=self.closes_exactly,
             )  # fmt: skip
         metadata = None if self.options.no_metadata else self.metadata or stated_settings(self.settings)
         return write_svg(
             scene, columns, rows, precision=self.precision, title=self.title, metadata=metadata,
             sides=self.options.sides(picture.width, picture.height) or self.sides, layer_names=self.layer_names,
             has_arcs=purpose.has_arcs, has_dashes=self._has_dashes, profile=purpose.profile,
+            closes_exactly=self.closes_exactly,
         )  # fmt: skip
 
     def least_text(self) -> str:

@@ -69,7 +69,8 @@ def encoding_like(drawing: LoadedSvg, data: bytes, usual: Encoding) -> Encoding:
     title, metadata = description_of(data)
     encoding = replace(
         usual, size=size, precision=settings.precision + more, title=title, metadata=metadata, sides=drawing.sides,
-        layer_names=drawing.layer_names, keeps_paths=True, grid=max(size) if unit > 1.0 else 0,
+        layer_names=drawing.layer_names, keeps_paths=True, closes_exactly=drawing.closes_exactly,
+        grid=max(size) if unit > 1.0 else 0,
     )  # fmt: skip
     if not settings.minify:
         return encoding

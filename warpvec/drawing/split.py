@@ -108,14 +108,19 @@ def _text(drawing: Drawing, scene: Scene, width: int, height: int) -> str:
     sides = encoding.options.sides(picture.width, picture.height) or stated
     if sides is not None:
         sides = _share(sides[0], width / columns), _share(sides[1], height / rows)
+    is_exact = encoding.closes_exactly
     if encoding.is_minified:
         units, precision = (1, encoding.precision) if encoding.grid else (flat_units(encoding.settings), 0)
         sides, scene = sides or (str(width), str(height)), scene.scaled(units, units)
         size, keeps_layers = (units * width, units * height), encoding.keeps_layers
-        text = write_minified(scene, *size, sides, precision=precision, keeps_layers=keeps_layers)
+        text = write_minified(
+            scene, *size, sides, precision=precision, keeps_layers=keeps_layers, closes_exactly=is_exact
+        )
     else:
         precision, names = encoding.precision, encoding.layer_names
-        text = write_svg(scene, width, height, precision=precision, sides=sides, layer_names=names)
+        text = write_svg(
+            scene, width, height, precision=precision, sides=sides, layer_names=names, closes_exactly=is_exact
+        )
     return text_for(text, PURPOSES[encoding.options.purpose]).text
 
 

@@ -44,7 +44,8 @@ def in_colors_of(photo: Pixels, text: str) -> str:
                 colors[path] = median
     if torch.equal(colors, scene.color):
         return text
-    return write_svg(replace(scene, color=colors), *size, precision=precision)
+    scene = replace(scene, color=colors)
+    return write_svg(scene, *size, precision=precision, closes_exactly=loaded.closes_exactly)
 
 
 def _is_plain(scene: Scene) -> NDArray[np.bool_]:

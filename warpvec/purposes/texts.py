@@ -46,7 +46,9 @@ def text_for(text: str, purpose: Purpose) -> Fitted:
     decimals = (loaded.precision or 0) + more_decimals(loaded.width / width) - more_decimals(width / loaded.width)
     if sides is not None and purpose.per_inch is not None:
         sides = in_pixels_of(sides, purpose.per_inch)
-    options: dict[str, Any] = {"has_arcs": purpose.has_arcs, "profile": purpose.profile}
+    options: dict[str, Any] = {
+        "has_arcs": purpose.has_arcs, "profile": purpose.profile, "closes_exactly": loaded.closes_exactly,
+    }  # fmt: skip
     if loaded.minified:
         options |= {"precision": decimals, "has_groups": purpose.has_groups}
         made = write_minified(scene, width, height, sides or (str(width), str(height)), **options)

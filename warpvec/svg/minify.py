@@ -51,6 +51,7 @@ def write_minified(
     has_groups: bool = True,
     has_arcs: bool = True,
     profile: str = "",
+    closes_exactly: bool = False,
 ) -> str:
     """Return the short SVG text of ``quantize(scene, precision)`` on a canvas of ``width`` x ``height`` user units.
 
@@ -63,7 +64,7 @@ def write_minified(
         precision: decimals of the coordinates.
         keeps_layers: write a group for each run of equal generation, without a name. Otherwise all paths are in one.
         has_groups: whether a group may state the opacity of its paths.
-        has_arcs, profile: as `warpvec.svg.write.write_svg` has them.
+        has_arcs, profile, closes_exactly: as `warpvec.svg.write.write_svg` has them.
 
     Raises:
         ValueError: as `quantize`.
@@ -71,7 +72,7 @@ def write_minified(
     scene = quantize(scene, precision).cpu()
     generation = scene.generation.numpy()
     groups = list(runs_of(generation if keeps_layers else np.zeros_like(generation)))
-    shapes = _shapes(scene, precision, has_arcs)
+    shapes = _shapes(scene, precision, has_arcs, closes_exactly)
     least = _GAIN_MIN * sum(len(shape.attributes) for shape in shapes) if has_groups else math.inf
     common = [_common_opacity(scene.select(torch.arange(*each)), least) for each in groups]
     stated = {path for ticks, group in zip(common, groups, strict=True) if ticks != OPAQUE for path in range(*group)}
@@ -115,25 +116,26 @@ def _common_opacity(scene: Scene, least: float) -> int:
     return max(gains, key=lambda ticks: (gains[ticks], ticks))
 
 
-def _shapes(scene: Scene, precision: int, has_arcs: bool) -> list[Shape]:
+def _shapes(scene: Scene, precision: int, has_arcs: bool, closes_exactly: bool) -> list[Shape]:
     """Return the shape of each path: its form, or its outline if that is shorter and draws the same."""
     forms = scene.forms
     if forms is None:
-        return list(map(path_shape, _data(scene, precision, has_arcs)))
+        return list(map(path_shape, _data(scene, precision, has_arcs, closes_exactly)))
     shapes = form_shapes(forms, precision)
     is_same = (forms.kind == RECT) & (forms.parameters[:, ANGLE] == 0.0)  # of others, the outline has other ticks
     others = (~forms.is_form | is_same).nonzero().flatten()
-    for path, data in zip(others.tolist(), _data(scene.select(others).outlined(), precision, has_arcs), strict=True):
+    outlines = _data(scene.select(others).outlined(), precision, has_arcs, closes_exactly)
+    for path, data in zip(others.tolist(), outlines, strict=True):
         shape = path_shape(data)
         shapes[path] = min(shapes.get(path, shape), shape, key=lambda each: len(each.element) + len(each.attributes))
     return [shapes[path] for path in range(len(scene))]
 
 
-def _data(scene: Scene, precision: int, has_arcs: bool) -> list[str]:
+def _data(scene: Scene, precision: int, has_arcs: bool, closes_exactly: bool) -> list[str]:
     """Return the ``d`` of each path. Paths of one loop of curves, closed by a line or not, are written all at once."""
     is_closing = closes_by_lines(scene)
-    if is_closing is None:
-        return path_data(scene, precision, has_arcs)
+    if is_closing is None or (closes_exactly and precision > 0):
+        return path_data(scene, precision, has_arcs, closes_exactly)
     ticks = ticks_of(scene.segments, 10**precision).numpy()
     first = scene.structure.loop_first_segment.numpy().astype(np.int64)
     return format_closed_curves(ticks, first, precision, is_closing)

@@ -2,7 +2,11 @@
 
 A path has its loops one after another. The first one has an absolute start, and so has one after a point; the others
 are relative to the start of the loop before, or to its end if it is open. Numbers are whole *ticks*, units of the last
-decimal: differences of rounded positions and not rounded differences, so that a reader's sums are exact.
+decimal: differences of rounded positions and not rounded differences, so that the sums of decimals are exact.
+
+Readers add binary numbers, in which tenths are rounded: a loop may end 1e-14 beside its start, and the line that closes
+it may cross the loop. Data that *closes exactly* has the last curve of such a loop, and the start of the next one, in
+absolute numbers.
 """
 
 from __future__ import annotations
@@ -34,9 +38,10 @@ _ARC = rf"a(?>[ ]?{_NUMBER}){{2}} 0 [01] [01](?>[ ]?{_NUMBER}){{2}}"
 _REPEATED = (rf"{letter}(?>(?>[ ]?{_NUMBER}){{{count}}})+" for letter, count in _ARGUMENTS.items() if letter != "a")
 _COMMANDS = "|".join([*_REPEATED, _ARC])
 _LINE = rf"(?>[ ]?{_NUMBER}){{2}}(?>{_COMMANDS})*"
-_OWN_DATA = re.compile(rf"M{_LINE}z(?>m{_LINE}z)*", re.ASCII)
-_OWN_STROKE_DATA = re.compile(rf"M{_LINE}z?(?>[Mm]{_LINE}z?)*", re.ASCII)
-_COMMAND = re.compile(rf"([Mmcslhvaz])((?>[ ]?{_NUMBER})*)", re.ASCII)
+_CLOSED = rf"{_LINE}(?>C(?>[ ]?{_NUMBER}){{6}}|A{_ARC[1:]})?z"
+_OWN_DATA = re.compile(rf"M{_CLOSED}(?>[Mm]{_CLOSED})*", re.ASCII)
+_OWN_STROKE_DATA = re.compile(rf"M(?>{_CLOSED}|{_LINE})(?>[Mm](?>{_CLOSED}|{_LINE}))*", re.ASCII)
+_COMMAND = re.compile(rf"([MmCcslhvAaz])((?>[ ]?{_NUMBER})*)", re.ASCII)
 _DOTS = "h.01", "h.1"
 """How a point is stated, in files with decimals and in those of whole numbers: some programs draw no line of length 0.
 A line that has this length is stated as an "l"."""
@@ -145,23 +150,35 @@ class Loop(NamedTuple):
     is_open: bool = False
 
 
-def format_path(loops: Sequence[Loop], decimals: int, has_arcs: bool = True) -> str:
+def format_path(loops: Sequence[Loop], decimals: int, has_arcs: bool = True, closes_exactly: bool = False) -> str:
     """Return the data of one path from its loops.
 
     Cubics of no length are left out, and so is a line that closing the loop draws. Handles that mirror the one before
-    are implied ("s"). Cubics that are those of an arc are stated as that if the data may have arcs.
+    are implied ("s"). Cubics that are those of an arc are stated as that if the data may have arcs. Paths of closed
+    loops close exactly if asked.
     """
     text, at = [], None
+    closes_exactly = closes_exactly and not any(loop.is_open for loop in loops)
     for loop in loops:
         start = loop.ticks[0, 0]
-        text.append(("M" if at is None else "m") + _numbers(start if at is None else start - at, decimals))
-        text.append(
-            _line_commands(loop, decimals, has_arcs) if loop.is_open else _loop_commands(loop, decimals, has_arcs)
-        )
+        if at is None or (closes_exactly and _misses(at, (start - at)[None], start, decimals)):
+            text.append("M" + _numbers(start, decimals))
+        else:
+            text.append("m" + _numbers(start - at, decimals))
+        if loop.is_open:
+            text.append(_line_commands(loop, decimals, has_arcs))
+        else:
+            text.append(_loop_commands(loop, decimals, has_arcs, closes_exactly))
         at = loop.ticks[-1, 0] if loop.is_open else start
         if text[-1] in _DOTS:
             at = None  # the pen is beside the point
     return "".join(text)
+
+
+def _misses(start: Ticks, steps: Ticks, end: Ticks, decimals: int) -> bool:
+    """Return whether the sum of binary numbers of ``steps`` [K, 2] from ``start`` on is beside ``end``, in ticks."""
+    summed = np.cumsum(np.concatenate([start[None], steps]) / 10.0**decimals, axis=0)[-1]
+    return bool((summed != end / 10.0**decimals).any())
 
 
 def with_points(data: str) -> str:
@@ -200,7 +217,7 @@ def read_loops(data: str, decimals: int) -> list[Loop]:
             at, reader = reader.at, None
         else:
             assert reader is not None
-            reader.draw(letter, values.reshape(-1, _ARGUMENTS[letter]))
+            reader.draw(letter, values.reshape(-1, _ARGUMENTS[letter.lower()]))
     return loops if reader is None else [*loops, reader.opened()]
 
 
@@ -216,8 +233,12 @@ class _LoopReader:
     def draw(self, letter: str, values: Ticks) -> None:
         """Add the segments of a command with ``values`` [K, its number of arguments]."""
         for row in values:
-            if letter == "a":
+            if letter == "A":
+                self._draw_arc(np.concatenate([row[:5], row[5:] - self.at]))
+            elif letter == "a":
                 self._draw_arc(row)
+            elif letter == "C":
+                self.draw("c", (row - np.tile(self.at, 3))[None])
             elif letter in "cs":
                 leaving = self.at + row[:2] if letter == "c" else self._mirrored
                 self._add(leaving, self.at + row[-4:-2], self.at + row[-2:], False)
@@ -266,32 +287,52 @@ def _drawn_rows(relative: Ticks, is_line: NDArray[np.bool_]) -> list[int]:
     return np.flatnonzero(np.where(is_line, has_end, has_length)).tolist()
 
 
-def _loop_commands(loop: Loop, decimals: int, has_arcs: bool) -> str:
+def _loop_commands(loop: Loop, decimals: int, has_arcs: bool, closes_exactly: bool) -> str:
     relative, is_line = _relative(loop.ticks), loop.is_line
     rows = _drawn_rows(relative, is_line)
-    if rows and is_line[rows[-1]]:
+    is_closed_by_line = bool(rows) and bool(is_line[rows[-1]])
+    if is_closed_by_line:
         rows.pop()  # "z" draws it
     if not rows:  # a single point, or a line there and back
         return ("c" + _numbers(relative[0].ravel(), decimals) if not is_line[0] else "") + "z"
-    return _commands(relative, is_line, rows, decimals, has_arcs) + "z"
+    arcs = _arcs(relative, is_line) if has_arcs else {}
+    rows = _without_rest_of(arcs, rows)
+    commands = _commands(relative, is_line, rows, arcs, decimals)
+    if closes_exactly and not is_closed_by_line:
+        start, last = loop.ticks[0, 0], rows[-1]
+        steps = np.stack([arcs[row][1] if row in arcs else relative[row, 2] for row in rows])
+        if _misses(start, steps, start, decimals):
+            absolute = (loop.ticks[last, 0] + relative[last]).ravel()
+            of_arc = last in arcs and _arc_command(start, arcs[last][2], decimals, "A")
+            commands[-1] = of_arc or "C" + _numbers(absolute, decimals)
+    return "".join(commands) + "z"
 
 
 def _line_commands(loop: Loop, decimals: int, has_arcs: bool) -> str:
     """Return the commands of an open line. A point is one of ``_DOTS``, so that renderers draw its caps."""
     relative, is_line = _relative(loop.ticks)[:-1], loop.is_line[:-1]
-    found = _commands(relative, is_line, _drawn_rows(relative, is_line), decimals, has_arcs)
+    arcs = _arcs(relative, is_line) if has_arcs else {}
+    rows = _without_rest_of(arcs, _drawn_rows(relative, is_line))
+    found = "".join(_commands(relative, is_line, rows, arcs, decimals)) if rows else ""
     if not found:
         return _DOTS[0] if decimals else _DOTS[1]
     return f"l{found[1:]} 0" if found in _DOTS else found
 
 
-def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], decimals: int, has_arcs: bool) -> str:
-    """Return the commands of the ``rows`` of a line that have a length, all of ``relative`` [S, 3, 2] if no others."""
-    if not rows:
-        return ""
-    arcs = _arcs(relative, is_line) if has_arcs else {}
+def _without_rest_of(arcs: dict[int, tuple[int, Ticks, Arc]], rows: list[int]) -> list[int]:
+    """Return the ``rows`` that have a command: of an arc only its first."""
     of_arcs = {row for first, (stop, *_) in arcs.items() for row in range(first + 1, stop)}
-    rows = [row for row in rows if row not in of_arcs]
+    return [row for row in rows if row not in of_arcs]
+
+
+def _commands(
+    relative: Ticks,
+    is_line: NDArray[np.bool_],
+    rows: list[int],
+    arcs: dict[int, tuple[int, Ticks, Arc]],
+    decimals: int,
+) -> list[str]:
+    """Return the command of each of ``rows``, which are all of ``relative`` [S, 3, 2] that have one."""
     is_arc = np.array([row in arcs for row in rows])
     letters, words = _segments(relative[rows], is_line[rows], is_arc, decimals)
     text, last = [], ""
@@ -302,7 +343,7 @@ def _commands(relative: Ticks, is_line: NDArray[np.bool_], rows: list[int], deci
         else:
             text.append(letter + numbers if letter != last else numbers if numbers[0] == "-" else " " + numbers)
         last = letter
-    return "".join(text)
+    return text
 
 
 def _segments(
@@ -360,10 +401,10 @@ def _stops(row: int, stop: int, is_whole: bool) -> list[int]:
     return [row + (stop - row) // 2, *longest] if is_whole and stop - row >= 4 else longest
 
 
-def _arc_command(step: Ticks, arc: Arc, decimals: int) -> str:
+def _arc_command(step: Ticks, arc: Arc, decimals: int, letter: str = "a") -> str:
     radius, end = format_number(arc.radius, decimals), _numbers(step, decimals)
     space = "" if end[0] == "-" else " "
-    return f"a{radius} {radius} 0 {int(arc.is_large)} {int(arc.is_clockwise)}{space}{end}"
+    return f"{letter}{radius} {radius} 0 {int(arc.is_large)} {int(arc.is_clockwise)}{space}{end}"
 
 
 def _ticks_of(numbers: str, decimals: int) -> Ticks:

@@ -56,6 +56,7 @@ _OWN_STROKE = ("stroke-width", "stroke-linecap", "stroke-linejoin", "stroke-mite
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _SHAPES = FORM_ELEMENTS | {"path"}
 _OWN_ATTRIBUTES = {"path": ("d",), **dict.fromkeys(FORM_ELEMENTS, tuple(FORM_ATTRIBUTES))}
+_CURVES_OF_PHOTO = re.compile(r"M[^A-Za-z]*+c[^A-Za-z]*+z")
 _UNDRAWN = frozenset({"title", "desc", "metadata"})
 
 
@@ -72,6 +73,8 @@ class LoadedSvg:
         sides: width and height as warpvec's own file states them, with their units, if these are not pixels.
         layer_names: names of the layers of warpvec's own file by generation, if they have names.
         minified: whether warpvec's own file has the form of `warpvec.svg.minify.write_minified`.
+        closes_exactly: whether a file that keeps the form of this one closes its loops exactly. Only warpvec's own
+            files of photos do not; they have nothing but loops of relative curves.
     """
 
     scene: Scene
@@ -82,6 +85,7 @@ class LoadedSvg:
     sides: tuple[str, str] | None = None
     layer_names: dict[int, str] | None = None
     minified: bool = False
+    closes_exactly: bool = True
 
 
 def read_svg(source: bytes | str) -> LoadedSvg:
@@ -134,6 +138,7 @@ def _read_own(root: Element) -> LoadedSvg:
         precision=decimals,
         sides=None if stated == (width, height) else stated,
         layer_names=_own_layer_names(children),
+        closes_exactly=not all(_CURVES_OF_PHOTO.fullmatch(path.element.get("d", "")) for path in elements),
     )
 
 

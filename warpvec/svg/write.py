@@ -57,6 +57,7 @@ def write_svg(
     has_arcs: bool = True,
     has_dashes: bool = False,
     profile: str = "",
+    closes_exactly: bool = False,
 ) -> str:
     """Return the SVG text of ``quantize(scene)`` on a canvas of ``width`` x ``height`` user units.
 
@@ -68,7 +69,9 @@ def write_svg(
     attributes width and height with their units, None for pixels. ``layer_names`` maps a generation to its name; a name
     must not occur twice. Without ``has_arcs`` arcs are stated as cubics. With ``has_dashes`` equal lines that
     follow each other on one line are a dashed line. ``profile`` are more attributes of the root,
-    with a space before each. The text depends on the arguments alone: it has no dates and no file paths.
+    with a space before each. With ``closes_exactly`` loops of fills come back to their start also where a reader's sums
+    are rounded; see `warpvec.svg.path_data`. The text depends on the arguments alone: it has no dates and no file
+    paths.
 
     Raises:
         ValueError: as `quantize`, or ``metadata`` cannot be written as JSON.
@@ -76,7 +79,7 @@ def write_svg(
     scene = quantize(scene, precision).cpu()
     looks, definitions = looks_of(scene, precision)
     sides = sides or (str(width), str(height))
-    elements = list(map(shape_element, looks, shapes_of(scene, precision, has_arcs, has_dashes)))
+    elements = list(map(shape_element, looks, shapes_of(scene, precision, has_arcs, has_dashes, closes_exactly)))
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
@@ -207,14 +210,16 @@ def _stroke_attributes(width: int, cap: int, join: int, limit: int, decimals: in
     return text + ("" if limit == usual else f' stroke-miterlimit="{format_number(limit, MITER_DECIMALS)}"')
 
 
-def shapes_of(scene: Scene, precision: int, has_arcs: bool = True, has_dashes: bool = False) -> list[Shape]:
+def shapes_of(
+    scene: Scene, precision: int, has_arcs: bool = True, has_dashes: bool = False, closes_exactly: bool = False
+) -> list[Shape]:
     """Return the shape of each path: its form, a dashed line, or the data of its outline."""
     shapes = _dashed_shapes(scene, precision) if has_dashes else {}
     if scene.forms is None and not shapes:
-        return list(map(path_shape, path_data(scene, precision, has_arcs)))
+        return list(map(path_shape, path_data(scene, precision, has_arcs, closes_exactly)))
     shapes |= {} if scene.forms is None else form_shapes(scene.forms, precision)
     outlines = torch.tensor([path for path in range(len(scene)) if path not in shapes], dtype=torch.int64)
-    data = path_data(scene.select(outlines), precision, has_arcs)
+    data = path_data(scene.select(outlines), precision, has_arcs, closes_exactly)
     shapes |= {path: path_shape(each) for path, each in zip(outlines.tolist(), data, strict=True)}
     return [shapes[path] for path in range(len(scene))]
 
@@ -242,8 +247,8 @@ def path_shape(data: str) -> Shape:
     return Shape("path", f' d="{data}"')
 
 
-def path_data(scene: Scene, precision: int, has_arcs: bool = True) -> list[str]:
-    """Return the ``d`` of each path, with arcs or without.
+def path_data(scene: Scene, precision: int, has_arcs: bool = True, closes_exactly: bool = False) -> list[str]:
+    """Return the ``d`` of each path, with arcs or without, that closes exactly or not.
 
     The choice between the two forms depends only on what a reader of the file finds as well, so that a file that is
     read and written again has the same bytes: not on rows of no length, which are left out.
@@ -251,13 +256,14 @@ def path_data(scene: Scene, precision: int, has_arcs: bool = True) -> list[str]:
     ticks, structure = ticks_of(scene.segments, 10**precision).numpy(), scene.structure
     is_line = _line_rows(scene)
     has_lines = (is_line & (ticks[structure.segment_next.numpy(), 0] != ticks[:, 0]).any(1)).any()
-    if structure.loop_count == len(scene) and not has_lines and structure.is_open is None:
+    is_exact = closes_exactly and precision > 0
+    if structure.loop_count == len(scene) and not has_lines and structure.is_open is None and not is_exact:
         return format_curves(ticks, structure.loop_first_segment.numpy().astype(np.int64), precision)
     rows, loops = structure.loop_first_segment.tolist(), structure.path_first_loop.tolist()
     is_open = [False] * structure.loop_count if structure.is_open is None else structure.is_open.tolist()
     spans = zip(pairwise(rows), is_open, strict=True)
     parts = [Loop(ticks[start:stop], is_line[start:stop], opened) for (start, stop), opened in spans]
-    return [format_path(parts[start:stop], precision, has_arcs) for start, stop in pairwise(loops)]
+    return [format_path(parts[start:stop], precision, has_arcs, is_exact) for start, stop in pairwise(loops)]
 
 
 def closes_by_lines(scene: Scene) -> NDArray[np.bool_] | None:

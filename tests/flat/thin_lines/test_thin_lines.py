@@ -62,6 +62,19 @@ def test_each_line_of_a_hatch_is_found_once_at_its_place(angle: float, width: fl
     assert (255.0 * found.lines.scene.color[0]).round().tolist() == [0x11, 0x22, 0x33]
 
 
+def test_lines_that_meet_a_frame_at_an_acute_angle_end_on_it() -> None:
+    """Near the frame, its ink seems to bend them."""
+    slope = math.tan(math.radians(15.0))
+    tops = 24.0 + 9.0 * np.arange(12) / math.cos(math.radians(15.0))
+    ends = [[[x, 10.0], [min(x + 100.0 * slope, 140.0), min(110.0, 10.0 + (140.0 - x) / slope)]] for x in tops]
+    frame = '<path d="M20 10h120v100h-120z" fill="none" stroke="#123" stroke-width="2"/>'
+    given = np.array([end for end in ends if end[1][1] > 30.0])
+    found = find_thin_lines(_picture(_elements(given, 1.2, "#123") + frame), 512)
+    assert found is not None
+    assert len(_ends(found)) == len(given)
+    assert _off(_ends(found), given).max() < 4.0  # a pixel across the frame is four along a line
+
+
 def test_the_lines_of_a_grid_go_through_crossings() -> None:
     columns = np.array([[[20.3 + 8.0 * k, 12.0], [20.3 + 8.0 * k, 108.0]] for k in range(15)])
     rows = np.array([[[20.3, 12.0 + 8.0 * k], [132.3, 12.0 + 8.0 * k]] for k in range(13)])

@@ -137,7 +137,8 @@ def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
     """Return the line that goes on from ``piece`` both ways; None if that is no thin line."""
     start, slope = piece.start, piece.slope
     clean = np.arange(piece.first, piece.last + 1)
-    for _ in range(3):
+    # The first rounds go on from a short piece. In the last one, each row must lie on the line.
+    for reach in (2.0, 2.0, 1.0):
         profile = profile_of(part.residual, part.ink, start, slope)
         hides = part.at(part.is_shape, start, slope)
         clean = clean[~hides[clean]]
@@ -153,7 +154,7 @@ def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
         rows = np.arange(first, last + 1)
         off = np.linalg.norm(profile.total[rows] - look, axis=1)
         is_clean = off <= THIN_LINES.clean_difference * size
-        is_clean &= np.abs(profile.middle[rows] - start - slope * (rows + 0.5)) < 2.0 * THIN_LINES.straight_max
+        is_clean &= np.abs(profile.middle[rows] - start - slope * (rows + 0.5)) < reach * THIN_LINES.straight_max
         is_clean &= ~hides[rows]
         is_open = ~hides[rows] & (share[rows] <= THIN_LINES.reach_max)
         if is_clean.sum() < max(THIN_LINES.length_min, THIN_LINES.clean_share_min * is_open.sum()):
