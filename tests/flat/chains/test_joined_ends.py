@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from chain_pictures import line
+from chain_pictures import line, rounded_rectangle
 
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.joined_ends import with_met_ends
 
 WIDTH = 20.0
+CIRCLE = rounded_rectangle(60, -60, 120, 120, (60, 60, 60, 60))[::2]
+"""Around (120, 0), with a radius of 60."""
 
 
 def met(*lines: tuple[tuple[float, float], tuple[float, float]], looks: np.ndarray | None = None) -> list[np.ndarray]:
@@ -39,6 +41,12 @@ def test_an_end_that_shows_stays(top: float):
     """Beyond the line it shows sooner than short of it, where the bar covers half a width."""
     _, stem = met(((40, 50), (200, 50)), ((120, top), (120, 150)))
     assert np.allclose(stem[0], [120, top])
+
+
+def test_an_end_below_a_stroked_circle_ends_on_its_line():
+    stem, ring = Chain.of(line((120, 64), (120, 160)), is_closed=False), Chain.of(CIRCLE, is_closed=True)
+    found = with_met_ends({0: stem}, np.full(2, WIDTH), np.zeros(2, int), {1: ring})
+    assert np.allclose(found[0].points[0], [120, 60], atol=0.1)
 
 
 def test_an_end_on_a_stroke_of_another_colour_stays():

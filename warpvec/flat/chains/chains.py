@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -131,7 +131,8 @@ class _Work:
     @property
     def _sheet(self) -> Sheet:
         scene, (height, width) = self.verdict.scene, self.verdict.critic.image.shape[:2]
-        return Sheet((width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene), _points_but(scene, self.left))
+        middle, widths, looks = (width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene)
+        return Sheet(middle, widths, looks, _points_but(scene, self.left), _stroked_forms(scene))
 
     def find_grid(self) -> None:
         """Find the grid of the drawing by the numbers of its chains with their relations, if one is wanted."""
@@ -252,25 +253,40 @@ def _fit(
 
 def _chains_of(scene: Scene) -> dict[int, Chain]:
     """Return the chain of each loop that has no form, and is no ellipse: that is its shortest word already."""
-    control, structure = whole_curves(scene).double().numpy(), scene.structure
-    owner, forms = structure.segment_path.numpy(), scene.forms
     found = {}
-    for loop, (start, stop) in enumerate(pairwise(structure.loop_first_segment.tolist())):
-        is_open = structure.is_open is not None and bool(structure.is_open[loop])
-        is_form = forms is not None and bool(forms.is_form[owner[start]])
-        curves = control[start : stop - is_open]
-        curves = curves[are_curves(curves)]
+    for loop, (curves, is_open, is_form) in enumerate(_loops_of(scene)):
         if not is_form and 0 < len(curves) <= CURVES_MAX and not are_ellipse(curves):
             found[loop] = Chain.of(curves, not is_open)
     return _covered(found, scene)
 
 
+def _stroked_forms(scene: Scene) -> dict[int, Chain]:
+    """Return the centre lines of the stroked forms of ``scene``, by their loops."""
+    widths, loops = _widths_of(scene), enumerate(_loops_of(scene))
+    return {
+        loop: Chain.of(curves, not is_open)
+        for loop, (curves, is_open, is_form) in loops
+        if is_form and len(curves) and widths[loop] > 0.0
+    }
+
+
+def _loops_of(scene: Scene) -> Iterator[tuple[Floats, bool, bool]]:
+    """Yield the curves [S, 4, 2] of each loop that are more than points, whether it is open, and part of a form."""
+    control, structure = whole_curves(scene).double().numpy(), scene.structure
+    owner, forms = structure.segment_path.numpy(), scene.forms
+    for loop, (start, stop) in enumerate(pairwise(structure.loop_first_segment.tolist())):
+        is_open = structure.is_open is not None and bool(structure.is_open[loop])
+        curves = control[start : stop - is_open]
+        yield curves[are_curves(curves)], is_open, forms is not None and bool(forms.is_form[owner[start]])
+
+
 def _covered(chains: dict[int, Chain], scene: Scene) -> dict[int, Chain]:
     """Return ``chains``, those of strokes with the other strokes of their look as their cover."""
     widths, looks, found = _widths_of(scene), _looks_of(scene), dict(chains)
+    lines = _stroked_forms(scene) | chains
     for loop in (loop for loop in chains if widths[loop] > 0.0):
         chain, half = chains[loop], float(widths[loop]) / 2.0
-        others = [each.dense for other, each in chains.items() if other != loop and looks[other] == looks[loop]]
+        others = [each.dense for other, each in lines.items() if other != loop and looks[other] == looks[loop]]
         if others:
             cover = Cover(cKDTree(np.concatenate(others)), half)
             found[loop] = Chain.of(chain.curves, chain.is_closed, chain.firm, cover)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from scipy.sparse import csgraph
@@ -35,13 +36,16 @@ SAME, LYING = 1e-3, 0.2
 """Pixels between places that are one, and from a line on which a place lies: lines follow chains, which may bend."""
 
 
-def with_met_ends(chains: dict[int, Chain], widths: Floats, looks: Integers) -> dict[int, Chain]:
+def with_met_ends(
+    chains: dict[int, Chain], widths: Floats, looks: Integers, forms: Mapping[int, Chain] = MappingProxyType({})
+) -> dict[int, Chain]:
     """Return ``chains`` by their loops, with ends that lie under others moved to where their centre lines meet.
 
     Args:
         chains: outlines and centre lines.
         widths: that of the stroke of each loop [L], in pixels; 0 for an outline.
         looks: the number of the look of each loop [L]: strokes of one look meet.
+        forms: the centre lines of stroked forms by their loops, which stay; others may end on them.
     """
     opened = [loop for loop, chain in chains.items() if not chain.is_closed and widths[loop] > 0.0]
     ends = [(loop, side) for loop in opened for side in (0, 1)]
@@ -56,15 +60,14 @@ def with_met_ends(chains: dict[int, Chain], widths: Floats, looks: Integers) -> 
         first, place = group[0], None
         if len({ends[k][0] for k in group.tolist()}) < len(group):
             continue  # a dot, or a line that nearly closes
+        alike = {loop: each for loop, each in {**forms, **chains}.items() if looks[loop] == looks[ends[first][0]]}
         if len(group) == 1:
-            alike = {loop: chain for loop, chain in chains.items() if looks[loop] == looks[ends[first][0]]}
             place = _place_on_others(alike, widths, ends[first], tips[first], places[first], ways[first])
         else:
             place = _crossing(places[group], ways[group], tips[group].mean(0))
         if place is None or (np.linalg.norm(tips[group] - place, axis=1) > SHORT / REACH * reach[group]).any():
             continue
         new = {ends[k][0]: _with_end(chains[ends[k][0]], ends[k][1], place) for k in group}
-        alike = {loop: chain for loop, chain in chains.items() if looks[loop] == looks[ends[first][0]]}
         if not _shows(alike, alike | new, np.append(tips[group], place[None], axis=0), widths[ends[first][0]] / 2.0):
             found |= {ends[k]: place for k in group}
     moved = dict(chains)

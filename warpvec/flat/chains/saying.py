@@ -44,12 +44,14 @@ class Sheet(NamedTuple):
         widths: that of the stroke of each loop [L]; 0 for an outline.
         looks: the number of the look of each loop [L]: its paint and its width.
         fixed: points [K, 2] of outlines that stay.
+        forms: the centre lines of stroked forms, by their loops.
     """
 
     middle: tuple[float, float]
     widths: Floats
     looks: Integers
     fixed: Floats
+    forms: dict[int, Chain]
 
 
 def move_allowed(spread: float) -> float:
@@ -115,7 +117,7 @@ def sketched(chains: dict[int, Chain], spread: float, nats: float, sheet: Sheet 
         sketch = sketch_of([parted(chain, spread, nats) for chain in chains.values()], spread)
         solved(sketch, FIRST_ROUNDS)
         return Sketched(sketch, loops, {}, {loop: chain.is_closed for loop, chain in chains.items()})
-    chains, move = with_met_ends(chains, sheet.widths, sheet.looks), move_allowed(spread)
+    chains, move = with_met_ends(chains, sheet.widths, sheet.looks, sheet.forms), move_allowed(spread)
     folds = folds_of(chains, sheet.fixed, move)
     twins = {each[0].twin for each in folds.values()}
     loops = [loop for loop in chains if loop not in twins]
