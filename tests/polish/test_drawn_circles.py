@@ -38,3 +38,7 @@ def test_a_ring_has_the_radius_and_the_width_that_it_was_drawn_with(make) -> Non
     assert scene.forms is not None and scene.strokes is not None
     radius, width = float(scene.forms.parameters[0, 2]), float(scene.strokes.width[0])
     assert abs(radius - RADIUS) <= 0.03 and abs(width - WIDTH) <= 0.03  # the file states hundredths
+
+
+def test_a_ring_that_is_fitted_in_a_smaller_copy_is_drawn() -> None:
+    assert vectorize(draw(RING, SIDE, SIDE)[..., :3], mode="flat", fit_size=200, grid="off").scene.forms is not None

@@ -186,8 +186,8 @@ def test_the_edges_of_a_ring_are_true_circles_and_a_cap_is_an_arc(tmp_path: Path
     [
         ({"mode": "lines"}, False),
         ({"mode": "lines", "dxf_strokes": "edges"}, True),
-        ({"mode": "flat"}, True),
-        ({"mode": "flat", "purpose": "pen"}, False),
+        ({"mode": "flat", "strokes": "all"}, True),
+        ({"mode": "flat", "strokes": "all", "purpose": "pen"}, False),
     ],
 )
 def test_pens_get_the_lines_and_cutters_both_edges(options: dict[str, Any], has_edges: bool, tmp_path: Path) -> None:

@@ -167,12 +167,13 @@ def to_stroke(text: str, scene: Scene) -> Reshaped | str:
         return "This shape is a stroke already."
     image = torch.from_numpy(read_image(png_bytes(draw(text)), name="shape"))
     config = FitConfig(strokes="all")
-    white = replace(scene.outlined(), background=torch.ones(3), transparent=False)
-    white = replace(white, generation=torch.arange(len(white)))
+    given = scene.outlined()
+    white = replace(given, background=torch.ones(3), transparent=False, generation=torch.arange(len(given)))
     apart, found = find_strokes(white, Critic(image, config), Watch(), STROKE_DETAIL, len(white))
     if not found:
         return "This shape is no stroke: no line of one width draws it with fewer numbers."
-    return Reshaped(_written(with_strokes(apart, found), text))
+    drawn = with_strokes(apart, found)
+    return Reshaped(_written(replace(drawn, generation=given.generation[drawn.generation % len(given)]), text))
 
 
 # Forms

@@ -232,7 +232,7 @@ def chosen_mode(reduced: NDArray[np.float32], settings: FitConfig, condition: Co
     The copy of a blurred picture is its `Picture.sharp_copy`. A drawing that is to have the colours of the ``settings``
     is not black and white art. Pixels are meant only if somebody has looked at the ``condition`` of the picture.
     """
-    is_bound = settings.palette is not None or settings.colors > 0 or settings.cutout or settings.strokes != "auto"
+    is_bound = settings.palette is not None or settings.colors > 0 or settings.cutout or settings.strokes == "off"
     if condition is not None and not is_bound:
         from warpvec.flat.pixels.choice import are_pixels_meant
 

@@ -62,7 +62,7 @@ def _is_reduced_little(picture: Picture) -> bool:
 def _may_have_lines(request: Request, condition: Condition | None) -> bool:
     """Return whether a picture can have lines or dots that its settings want as such, and is clean enough for them."""
     settings = request.settings
-    is_free = settings.strokes == "auto" and not (settings.cutout or settings.colors or request.goal)
+    is_free = settings.strokes != "off" and not (settings.cutout or settings.colors or request.goal)
     is_free = (
         is_free and settings.mode in ("auto", "flat", "lines") and settings.palette is None and settings.min_area == 0.0
     )

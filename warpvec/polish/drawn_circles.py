@@ -29,11 +29,12 @@ ROUNDS, ITERATIONS = 2, 12
 def with_drawn_circles(drawing: Drawing, watch: Watch) -> Drawing:
     """Return ``drawing`` with stroked circles and ellipses whose file in pixels, by resvg, is the picture.
 
-    If exact areas explain the picture better, it stays as it is, and so does one of a picture that is transparent or
-    whose damage was undone. Only places, sizes and widths of the circles move.
+    If exact areas explain the picture better, it stays as it is, and so does one of a picture that is transparent,
+    was fitted in a smaller copy, or whose damage was undone. Only places, sizes and widths of the circles move.
     """
     picture, is_circle = drawing.encoding.picture, _stroked_circles(drawing.fitted)
-    if not bool(is_circle.any()) or picture.is_transparent or picture.is_damage_undone:
+    is_copy = picture.reduced.shape != picture.pixels.shape
+    if not bool(is_circle.any()) or picture.is_transparent or picture.is_damage_undone or is_copy or watch.is_over():
         return drawing
     found = _fitted(drawing, watch, ~is_circle)
     return found if plain_file(found).psnr > _psnr_by_areas(drawing) else drawing

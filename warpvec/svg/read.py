@@ -138,8 +138,13 @@ def _read_own(root: Element) -> LoadedSvg:
         precision=decimals,
         sides=None if stated == (width, height) else stated,
         layer_names=_own_layer_names(children),
-        closes_exactly=not all(_CURVES_OF_PHOTO.fullmatch(path.element.get("d", "")) for path in elements),
+        closes_exactly=len(elements) < 2 or not all(map(_is_of_photo, elements)),
     )
+
+
+def _is_of_photo(path: _OwnPath) -> bool:
+    """Return whether a path is written as those of photos are. One alone says nothing."""
+    return _CURVES_OF_PHOTO.fullmatch(path.element.get("d", "")) is not None
 
 
 def _is_in_proportion(root: Element, width: float, height: float) -> bool:

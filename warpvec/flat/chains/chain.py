@@ -153,8 +153,7 @@ class Chain:
 
     def firmer_in(self, boxes: Floats) -> Chain:
         """Return the chain that must be kept better in more ``boxes`` [B, 2, 2]."""
-        found = Chain.of(self.curves, self.is_closed, np.concatenate([self.firm, boxes]), self.cover, self.shown)
-        return found.freed_in(self.freed)
+        return replace(self, firm=np.concatenate([self.firm, boxes])).of_curves(self.curves, self.is_closed)
 
     def freed_in(self, boxes: Floats | None) -> Chain:
         """Return the chain whose parts in more ``boxes`` [B, 2, 2] have numbers of their own."""

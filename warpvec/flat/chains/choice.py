@@ -33,7 +33,8 @@ LEVEL_DEGREES = 1.0
 """Angle in degrees from level or upright up to which a line saves a number."""
 
 KINK = 2.0
-"""Numbers that a joint costs which is neither smooth nor a corner of the chain."""
+"""Numbers that a joint costs which is neither smooth nor a corner of the chain. Along a traced outline, whose true
+corners are found before, it costs as many as the short cubic that would round it."""
 
 REACH = 4.0
 """Length in pixels over which the places of an outline depend on each other: they are those of fitted curves."""
@@ -57,7 +58,7 @@ and two of the fewest points."""
 
 TRACED_ENDS = 4
 """Along a traced outline, cubics over several curves may begin at one in so many points, beside corners and the ends
-of parts."""
+of parts: their places are solved for afterwards. All points make 16 times as many pairs."""
 
 ROUNDING = 1e-6
 """Numbers by which two sums of equal prices may differ."""

@@ -81,6 +81,7 @@ class _Work:
         tried = {loop: rows for loop, rows in said.items() if has_size(rows[0], True) and _is_shorter(old, loop, rows)}
         self.left = set(tried)
         if not tried:
+            self.left, self.waiting = self.waiting, set()
             return
         new = self._fitted(with_rows(old, tried))
         samples = self.critic.samples(new)
@@ -95,6 +96,8 @@ class _Work:
             self.left, self.waiting = self.left | self.waiting, set()
         elif refused:
             self.left, self.waiting = self.left - refused, self.waiting | refused
+            if not self.left:
+                self.left, self.waiting = self.waiting, set()
         else:
             self._hold(new, np.isin(segment_loops(new), list(tried)))
 

@@ -63,7 +63,7 @@ class StrokeConstants:
     round_length_min: float = 1.0
     """The same for lines with round caps, whose ends are no ends of bars."""
 
-    outline_share: float = 0.016
+    outline_share: float = 1 / 64
     """Width of bars, in longer sides of the picture, from which on they are outlines where no round pen shows: a 64th.
     Icons that are drawn by outlines have bars of a 24th and more; lines of charts and plans are a hundredth at most."""
 

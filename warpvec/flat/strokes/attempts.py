@@ -68,7 +68,7 @@ class Attempt:
     @staticmethod
     def of(fitted: Stroke, match: Match, detail: float, nats: float) -> Attempt:
         """Return the first attempt for a stroke as it was found, fitted to the picture."""
-        best = None if match is Match.REFUSED else fitted
+        best = fitted if match in (Match.ACCEPTED, Match.CLOSE) else None
         first = Attempt(fitted, detail, nats, None, best, match is Match.CLOSE, fitted.cost)
         return first._with(first._simpler(fitted))
 

@@ -78,6 +78,7 @@ def cost_of(rows: Rows) -> float:
     """Return the numbers that a file needs for the rows; the line that closes one needs none."""
     curves = curves_of(rows)
     is_arc, goes_on, _ = arcs_among(curves, np.roll(np.arange(len(curves)), -1))
+    goes_on[0] &= not (rows.is_open or goes_on.all())
     numbers = np.where(rows.is_line[: len(curves)], LINE, np.where(is_arc, ARC, CUBIC) * ~goes_on)
     closing = 0.0 if rows.is_open or not rows.is_line[-1] else LINE
     return float(numbers.sum() - closing)
