@@ -77,7 +77,7 @@ def make_kernels(lanes: Lanes) -> SimpleNamespace:
         segment_next: wp.array(dtype=int),  # [segment_count]
         segment_previous: wp.array(dtype=int),  # [segment_count]
     ):
-        """Place one path that there was, or one that comes."""
+        """Place one path: an old one that stays, or a new one."""
         item = first + wp.tid()
         kept, segments = path_sums[path_count], segment_sums[path_count]
         if item == 0:

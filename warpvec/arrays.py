@@ -41,6 +41,12 @@ def reached(points: Floats) -> Floats:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
+def turn_between(first: Floats, second: Floats) -> Floats:
+    """Return the angles in radians [...] from vectors [..., 2] to others: above 0 where the turn is from x to y."""
+    turn: Floats = np.arctan2(cross(first, second), dot(first, second))
+    return turn
+
+
 def cross(first: Floats, second: Floats) -> Floats:
     """Return the cross products [...] of vectors [..., 2]: above 0 where the turn is from x to y."""
     product: Floats = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]

@@ -30,7 +30,7 @@ def held(counts: list[int], base: float, device: str) -> Held:
 
 
 def check(arena: Arena, counts: list[int], paths: list[float], segments: list[list[float]]) -> None:
-    """Check that the arena has these paths and segments, as one that takes them anew has."""
+    """Check that the arena has these paths and segments, and the tables of a new arena that takes them."""
     flat = torch.tensor([row for path in segments for row in path])
     padded, rows = arena.padded, len(flat)
     assert arena.counts.tolist() == [len(paths)] and [len(path) for path in segments] == counts

@@ -17,7 +17,7 @@ from warpvec.fit.target import Target
 from warpvec.geometry.forms.registry import CIRCLE, ELLIPSE
 from warpvec.geometry.scene import Scene, over_white
 from warpvec.image.metrics import psnr
-from warpvec.polish.drawn_rounds import as_fitted, plain_file
+from warpvec.polish.drawn_rounds import as_fitted, is_comparable, plain_file
 from warpvec.polish.rounds import Rounds
 from warpvec.rendering.draw import draw_8_bits
 from warpvec.watch.watch import Watch
@@ -33,8 +33,7 @@ def with_drawn_circles(drawing: Drawing, watch: Watch) -> Drawing:
     was fitted in a smaller copy, or whose damage was undone. Only places, sizes and widths of the circles move.
     """
     picture, is_circle = drawing.encoding.picture, _stroked_circles(drawing.fitted)
-    is_copy = picture.reduced.shape != picture.pixels.shape
-    if not bool(is_circle.any()) or picture.is_transparent or picture.is_damage_undone or is_copy or watch.is_over():
+    if not bool(is_circle.any()) or not is_comparable(picture) or picture.is_damage_undone or watch.is_over():
         return drawing
     found = _fitted(drawing, watch, ~is_circle)
     return found if plain_file(found).psnr > _psnr_by_areas(drawing) else drawing

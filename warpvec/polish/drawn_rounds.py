@@ -15,6 +15,7 @@ from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.file_options import DEFAULT_FILE_OPTIONS
 from warpvec.fit.target import Target
 from warpvec.geometry.scene import over_white
+from warpvec.image.picture import Picture
 from warpvec.polish.rounds import Rounds
 from warpvec.rendering.draw import draw_exactly
 from warpvec.svg.measure import draw_like
@@ -33,7 +34,7 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
     It does nothing if no iterations are left, or if the picture was reduced or is transparent.
     """
     picture = drawing.encoding.picture
-    if picture.reduced.shape != picture.pixels.shape or picture.is_transparent:
+    if not is_comparable(picture):
         return drawing
     best, last = drawing, drawing
     for number in range(ROUNDS):
@@ -47,6 +48,11 @@ def polish_as_drawn(drawing: Drawing, rounds: Rounds) -> Drawing:
         if rounds.watch.is_stopped() or (number >= 2 and gain < GAIN_MIN):
             break
     return best
+
+
+def is_comparable(picture: Picture) -> bool:
+    """Return whether a ``picture`` is opaque and fitted at its own size, so that its file has the pixels of the fit."""
+    return picture.reduced.shape == picture.pixels.shape and not picture.is_transparent
 
 
 def as_fitted(drawing: Drawing, target: Target) -> Tensor:

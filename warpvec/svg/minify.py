@@ -117,7 +117,7 @@ def _common_opacity(scene: Scene, least: float) -> int:
 
 
 def _shapes(scene: Scene, precision: int, has_arcs: bool, closes_exactly: bool) -> list[Shape]:
-    """Return the shape of each path: its form, or its outline if that is shorter and draws the same."""
+    """Return the shape of each path: its form, or its outline where an outline is shorter and draws the same."""
     forms = scene.forms
     if forms is None:
         return list(map(path_shape, _data(scene, precision, has_arcs, closes_exactly)))

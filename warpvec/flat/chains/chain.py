@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats, Integers, Mask, counted, cross, dot
+from warpvec.arrays import Floats, Integers, Mask, counted, dot, turn_between
 from warpvec.flat.chains.parts import unit
 from warpvec.flat.cutting.cut_edges import between
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
@@ -164,9 +164,8 @@ class Chain:
         """Return whether most of a part between two points lies in a box where it has numbers of its own."""
         if self.freed is None:
             return False
-        return bool(
-            np.average(_are_in(self.middles[first:last], self.freed).any(0), weights=self.lengths[first:last]) > 0.5
-        )
+        is_in, lengths = _are_in(self.middles[first:last], self.freed).any(0), self.lengths[first:last]
+        return bool(lengths[is_in].sum() > 0.5 * lengths.sum())
 
     def of_curves(self, curves: Floats, is_closed: bool) -> Chain:
         """Return a chain of other ``curves`` [S, 4, 2] of which the same is known."""
@@ -209,12 +208,12 @@ class Chain:
         """Return the length of the chain between points [B] and later ones."""
         return self.reached[last] - self.reached[first]
 
-    def turn_between(self, first: Integers, last: Integers) -> Floats:
+    def turn_along(self, first: Integers, last: Integers) -> Floats:
         """Return the angle in radians by which the chain turns between points [B] and later ones, without these.
 
         It is positive clockwise on a screen.
         """
-        inner, at = (_turn(*ways) for ways in ((self.after[:-1], self.before[1:]), (self.before, self.after)))
+        inner, at = (turn_between(*ways) for ways in ((self.after[:-1], self.before[1:]), (self.before, self.after)))
         up_to = np.append(0.0, np.cumsum(inner + at[1:]))
         found: Floats = up_to[last] - at[last] - up_to[first]
         return found
@@ -250,12 +249,6 @@ def _directions(curves: Floats, parameters: Floats) -> Floats:
     inner = cubic_slopes(curves, np.clip(parameters, 0.02, 0.98))
     is_cusp = np.linalg.norm(slopes, axis=-1, keepdims=True) < 1e-3
     return unit(np.where(is_cusp, inner, slopes))
-
-
-def _turn(first: Floats, second: Floats) -> Floats:
-    """Return the angle in radians from unit vectors [K, 2] to others, clockwise on a screen."""
-    found: Floats = np.arctan2(cross(first, second), dot(first, second))
-    return found
 
 
 def angle_between(first: Floats, second: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -131,8 +132,12 @@ class _Work:
     @property
     def _sheet(self) -> Sheet:
         scene, (height, width) = self.verdict.scene, self.verdict.critic.image.shape[:2]
-        middle, widths, looks = (width / 2.0, height / 2.0), _widths_of(scene), _looks_of(scene)
-        return Sheet(middle, widths, looks, _points_but(scene, self.left), _stroked_forms(scene))
+        middle, fixed = (width / 2.0, height / 2.0), _points_but(scene, self.left)
+        return Sheet(middle, _widths_of(scene), _looks_of(scene), fixed, self._forms)
+
+    @cached_property
+    def _forms(self) -> dict[int, Chain]:
+        return _stroked_forms(self.verdict.scene)
 
     def find_grid(self) -> None:
         """Find the grid of the drawing by the numbers of its chains with their relations, if one is wanted."""
@@ -283,13 +288,14 @@ def _loops_of(scene: Scene) -> Iterator[tuple[Floats, bool, bool]]:
 def _covered(chains: dict[int, Chain], scene: Scene) -> dict[int, Chain]:
     """Return ``chains``, those of strokes with the other strokes of their look as their cover."""
     widths, looks, found = _widths_of(scene), _looks_of(scene), dict(chains)
-    lines = _stroked_forms(scene) | chains
-    for loop in (loop for loop in chains if widths[loop] > 0.0):
+    stroked = [loop for loop in chains if widths[loop] > 0.0]
+    lines = _stroked_forms(scene) | chains if stroked else chains
+    for loop in stroked:
         chain, half = chains[loop], float(widths[loop]) / 2.0
         others = [each.dense for other, each in lines.items() if other != loop and looks[other] == looks[loop]]
         if others:
             cover = Cover(cKDTree(np.concatenate(others)), half)
-            found[loop] = Chain.of(chain.curves, chain.is_closed, chain.firm, cover)
+            found[loop] = Chain.of(chain.curves, chain.is_closed, cover=cover)
     return found
 
 

@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, counted, cross, dot, lengths_of
+from warpvec.arrays import Floats, Integers, counted, cross, dot, lengths_of, turn_between
 from warpvec.flat import price
 from warpvec.flat.chains.chain import CURVE_POINTS_MIN, Chain, angle_between
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, quarters_of, unit
-from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 
 NUMBERS = (price.LINE, price.ARC, price.CUBIC)
@@ -119,9 +118,9 @@ def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
     rows = np.flatnonzero(is_open & is_end[first] & is_end[last] & ~is_own)
     if not len(rows):
         return parts
-    handles, square = joined(chain, first[rows], last[rows], spread)
-    start, end = handles[:, 0] - chain.points[first[rows]], chain.points[last[rows]] - handles[:, 1]
-    offers.add(CUBIC, rows, square, unit(np.stack([start, end], 1)))
+    handles, ways, squares = _joined(chain, first[rows], last[rows])
+    squares += _turned_squares(chain, first[rows], last[rows], ways, spread)
+    offers.add(CUBIC, rows, squares, ways)
     offers.handles.update(zip(rows.tolist(), handles, strict=True))
     return _cheapest(offers)
 
@@ -196,11 +195,8 @@ def _words(chain: Chain, kind: int, ways: Floats, first: Integers, last: Integer
     return found
 
 
-def joined(chain: Chain, first: Integers, last: Integers, spread: float) -> tuple[Floats, Floats]:
-    """Return the handles [B, 2, 2] of cubics along the chain between points, and their sums of squared distances.
-
-    Where they leave the chain in another direction than it has, these grow by what it costs to keep its direction.
-    """
+def _joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats, Floats]:
+    """Return cubics along the chain between points: handles and directions [B, 2, 2], sums of squared distances [B]."""
     share = (np.arange(JOINED_SAMPLES) + 0.5) / JOINED_SAMPLES
     length = chain.length_between(first, last)
     place = chain.reached[first][:, None] + share * length[:, None]
@@ -208,16 +204,24 @@ def joined(chain: Chain, first: Integers, last: Integers, spread: float) -> tupl
     shared = np.interp(place, chain.reached, chain.shared_parameters)
     begin, end = (chain.shared_parameters[each][:, None] for each in (first, last))
     parameters = (shared - begin) / (end - begin)
-    found = fit_cubics(chain.points[first], chain.points[last], points, parameters, CURVES.precise_plan)
-    square = np.where(np.isnan(found.square), np.inf, found.square)
+    found = fit_cubics(chain.points[first], chain.points[last], points, parameters)
     ways = unit(np.stack([found.handles[:, 0] - chain.points[first], chain.points[last] - found.handles[:, 1]], 1))
-    ends = np.stack([first, last], 1)
+    return found.handles, ways, np.where(np.isnan(found.square), np.inf, found.square) * length
+
+
+def _turned_squares(chain: Chain, first: Integers, last: Integers, ways: Floats, spread: float) -> Floats:
+    """Return the squared distances [B] of cubics after a turn from their ``ways`` [B, 2, 2] to directions of the chain.
+
+    Corners cost nothing, and neither do turns within the ``spread`` of places. A turn costs at most what an arc costs
+    that keeps both directions.
+    """
+    length, ends = chain.length_between(first, last), np.stack([first, last], 1)
     off = np.radians(angle_between(ways, chain.along[ends])) - 3.0 * spread / REACH
     off = np.where(chain.is_corner[ends], 0.0, np.maximum(off, 0.0))
     # A handle that turns by 1 moves its cubic by the length times t (1 - t)^2.
     turned = (off**2).sum(1) * length**2 / 105.0
-    bend = _bend_square(chain.turn_between(first, last), length)
-    return found.handles, (square + np.minimum(turned, bend)) * length
+    found: Floats = np.minimum(turned, _bend_square(chain.turn_along(first, last), length)) * length
+    return found
 
 
 def _bend_square(turn: Floats, length: Floats) -> Floats:
@@ -302,7 +306,7 @@ def _arcs(offers: _Offers, moments: _Moments, most: Floats) -> None:
     chain, first, last = offers.chain, offers.first[rows], offers.last[rows]
     start, end = chain.points[first] - center, chain.points[last] - center
     side = np.sign(cross(start, chain.along[first]))
-    turn = np.arctan2(cross(start, end), dot(start, end)) * side
+    turn = turn_between(start, end) * side
     turn = np.where(turn < 0.0, turn + 2.0 * np.pi, turn)
     length = radius * turn
     is_there = (turn <= SWEEP_MAX) & (side != 0.0)

@@ -47,7 +47,7 @@ def with_fewer_parts(scene: Scene, critic: Critic, watch: Watch, detail: float =
         return scene
     work = _Work(critic, watch, detail, critic.error(scene), scene, set(range(scene.structure.loop_count)))
     for _ in range(ROUNDS):
-        if not work.left or watch.is_over():
+        if not work.left | work.waiting or watch.is_over():
             break
         work.make_round()
     return work.scene
@@ -63,7 +63,7 @@ class _Work:
         scene: the drawing so far.
         left: the loops that may be said with fewer numbers.
         firm: boxes [B, 2, 2] of loops in which they must be kept better.
-        waiting: loops that wait for a round without them, as one with them was no good.
+        waiting: loops that the picture refused in a round that was no good. The next round is made without them.
     """
 
     critic: Critic
@@ -77,12 +77,13 @@ class _Work:
 
     def make_round(self) -> None:
         """Choose the parts of the loops that are left, and take those that the picture accepts."""
+        if not self.left:
+            self.left, self.waiting = self.waiting, set()
         old = self.scene
         said = said_rows(self._chains(), SHARE * self.detail, number_nats(max(self.critic.image.shape[:2])))
         tried = {loop: rows for loop, rows in said.items() if has_size(rows[0], True) and _is_shorter(old, loop, rows)}
         self.left = set(tried)
         if not tried:
-            self.left, self.waiting = self.waiting, set()
             return
         new = self._fitted(with_rows(old, tried))
         samples = self.critic.samples(new)
@@ -90,17 +91,17 @@ class _Work:
         rise = errors_near(samples.control, self.critic.error(new) - self.before)
         if are_wanted():
             self._note(new, tried, rise, allowed)
-        wrong = np.isin(segment_loops(new), list(tried)) & (rise > allowed)
+        loop = segment_loops(new)
+        is_tried = np.isin(loop, list(tried))
+        wrong = is_tried & (rise > allowed)
         self.scene = self._put_back(old, new, wrong, float(self.before.sum() + allowed.sum()))
-        refused = set(np.unique(segment_loops(new)[wrong]).tolist())
+        refused = set(np.unique(loop[wrong]).tolist())
         if self.scene is not old:
             self.left, self.waiting = self.left | self.waiting, set()
         elif refused:
             self.left, self.waiting = self.left - refused, self.waiting | refused
-            if not self.left:
-                self.left, self.waiting = self.waiting, set()
         else:
-            self._hold(new, np.isin(segment_loops(new), list(tried)))
+            self._hold(new, is_tried)
 
     def _put_back(self, old: Scene, new: Scene, wrong: Mask, error_max: float) -> Scene:
         """Return ``new`` with the outlines of ``old`` that have a segment that is ``wrong`` [R], which are held firmer.

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from types import MappingProxyType
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.sparse import csgraph
@@ -37,7 +36,7 @@ SAME, LYING = 1e-3, 0.2
 
 
 def with_met_ends(
-    chains: dict[int, Chain], widths: Floats, looks: Integers, forms: Mapping[int, Chain] = MappingProxyType({})
+    chains: dict[int, Chain], widths: Floats, looks: Integers, forms: dict[int, Chain] | None = None
 ) -> dict[int, Chain]:
     """Return ``chains`` by their loops, with ends that lie under others moved to where their centre lines meet.
 
@@ -55,12 +54,13 @@ def with_met_ends(
     shown = [_shown(chains[loop], side, SHOWN * widths[loop]) for loop, side in ends]
     places, ways = (np.array(each) for each in zip(*shown, strict=True))
     reach = REACH * widths[[loop for loop, _ in ends]]
+    lines = (forms or {}) | chains
     found: dict[tuple[int, int], Floats] = {}
     for group in _groups(tips, reach, looks[[loop for loop, _ in ends]]):
         first, place = group[0], None
         if len({ends[k][0] for k in group.tolist()}) < len(group):
             continue  # a dot, or a line that nearly closes
-        alike = {loop: each for loop, each in {**forms, **chains}.items() if looks[loop] == looks[ends[first][0]]}
+        alike = {loop: each for loop, each in lines.items() if looks[loop] == looks[ends[first][0]]}
         if len(group) == 1:
             place = _place_on_others(alike, widths, ends[first], tips[first], places[first], ways[first])
         else:

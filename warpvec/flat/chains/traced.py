@@ -29,8 +29,8 @@ def said_loops(
 
     Args:
         loops: the polylines.
-        tolerance: how far in pixels outlines are from what they trace, one or one for each: ``CURVES.spread_share`` of
-            it is the deviation of their places.
+        tolerance: largest distance in pixels from an outline to what it traces, a number for all loops or one for each.
+            The deviation of the places of an outline is ``CURVES.spread_share`` of its tolerance.
         watch: the watch over the run.
     """
     if not loops:

@@ -99,12 +99,10 @@ class CurveConstants:
 
     # Cubics closest to points (curves/cubic_fitting.py)
 
-    quick_plan: tuple[int, float] = (3, 3.0)
-    precise_plan: tuple[int, float] = (8, 1.5)
-    """Rounds, and the factor of the steps of the parameters between them, of a quick fit and of a precise one. In a
-    round the handles are found, and then the points' parameters where the cubic is closest. The two follow each other
-    slowly: after three rounds with a factor of 1, a quarter circle of radius 80 is off by 0.07 px on average, else by
-    0.05."""
+    fit_plan: tuple[int, float] = (8, 1.5)
+    """Rounds, and the factor of the steps of the parameters between them. In a round the handles are found, and then
+    the points' parameters where the cubic is closest. The two follow each other slowly: after three rounds with a
+    factor of 1, a quarter circle of radius 80 is off by 0.07 px on average, else by 0.05."""
 
     thirds_weight: float = 1e-5
     """Weight of handles at thirds of the chord, where all points together have 1. It decides where points are too

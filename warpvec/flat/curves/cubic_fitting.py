@@ -23,7 +23,7 @@ class Cubics(NamedTuple):
 
 
 def fit_cubics(
-    start: Floats, end: Floats, points: Floats, parameters: Floats, plan: tuple[int, float] = CURVES.quick_plan
+    start: Floats, end: Floats, points: Floats, parameters: Floats, plan: tuple[int, float] = CURVES.fit_plan
 ) -> Cubics:
     """Return the cubics from ``start`` to ``end`` [B, 2] that are closest to ``points`` [B, S, 2], in squares.
 
@@ -31,7 +31,7 @@ def fit_cubics(
         start, end: ends of the cubics.
         points: points along each of them, in order.
         parameters: where along the cubic each point is about [B, S], in (0, 1); lengths over the whole length do.
-        plan: ``quick_plan`` or ``precise_plan``.
+        plan: rounds and the factor of steps, as ``CURVES.fit_plan`` has them.
     """
     return _fitted(start, end, None, points, parameters, plan)
 
@@ -43,7 +43,7 @@ def fit_lengths(start: Floats, end: Floats, directions: Floats, points: Floats, 
         start, end, points, parameters: as in `fit_cubics`.
         directions: unit vectors [B, 2, 2] of the first handle from ``start`` and of the second one from ``end``.
     """
-    return _fitted(start, end, directions, points, parameters, CURVES.precise_plan)
+    return _fitted(start, end, directions, points, parameters, CURVES.fit_plan)
 
 
 def _fitted(

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask, counted
-from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.watch.watch import UNWATCHED, Watch
@@ -81,7 +80,7 @@ def _fitted(rows: Floats, are_lines: Mask) -> tuple[Floats, Mask, Mask]:
     along = np.clip(((points - start[:, None]) * chord[:, None]).sum(2) / square, 0.0, 1.0)
     off = np.hypot(*np.moveaxis(start[:, None] + along[..., None] * chord[:, None] - points, 2, 0)).max(1)
     is_straight = off <= CUTTING.joined_error
-    curves = fit_cubics(start, end, points, share, CURVES.precise_plan)
+    curves = fit_cubics(start, end, points, share)
     is_close = is_straight | (~are_lines & (curves.distance <= CUTTING.joined_error))
     thirds = np.stack([start + chord / 3.0, start + chord * (2.0 / 3.0)], 1)
     return np.where(is_straight[:, None, None], thirds, curves.handles), is_straight, is_close

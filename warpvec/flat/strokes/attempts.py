@@ -47,8 +47,8 @@ class Attempt:
         detail: as in `find_strokes`.
         nats: of a number.
         next: the stroke that is to be tried; None if there is none.
-        best: the best one so far, fitted to the picture; None if there is none. Of those that match it without a
-            difference it is the simplest, and otherwise the last that the picture accepts: that has the most freedom.
+        best: the best one so far, fitted to the picture; None if there is none. It is the simplest stroke without a
+            visible difference. If all strokes differ, it is the last accepted one, which has the most freedom.
         is_close: whether the best one matches without a difference.
         cost: numbers of the best one as it was tried: a fit turns arcs into other cubics.
         level: which of ``STROKES.again_shares`` said how far its lines may move. After these they have twice the rows.

@@ -89,7 +89,7 @@ def with_shared_looks(strokes: dict[int, Stroke]) -> dict[int, Stroke]:
 
 
 def joined_strokes(strokes: dict[int, Stroke], generation_count: int) -> dict[int, Stroke]:
-    """Return ``strokes`` of which those of one path that look alike are one; they go by generations of `set_apart`."""
+    """Return ``strokes``, by generations of `set_apart`; strokes of one path and one look become one stroke."""
     looks = dict[tuple[float, ...], int]()
     found = dict[int, Stroke]()
     for own, stroke in strokes.items():
