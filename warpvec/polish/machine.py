@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import torch
 import warp as wp
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from warpvec.kernels import (
     damped_steps,
     near_errors,
     normal_matrix,
+    part_choice,
     pixel_weights,
     row_slopes,
 )
@@ -43,8 +45,7 @@ class Machine:
         start_warp()
         self.launch = Launcher(device, 1)
         self.get = self.launch.make_buffers().get
-        sources = (crossed_pixels, pixel_weights, normal_matrix, row_slopes, damped_steps, near_errors, cubic_fitting)
-        self.kernels = {name: kernel for each in sources for name, kernel in vars(each.make_kernels()).items()}
+        self.kernels = {name: kernel for each in _SOURCES for name, kernel in vars(each.make_kernels()).items()}
         self.entry_room, self.block_room = _ENTRIES_FIRST, _BLOCKS_FIRST
         self.blocks: list[wp.array] = []
         self._pixel_entry: wp.array | None = None
@@ -80,6 +81,10 @@ class Machine:
         return self.blocks
 
 
+_SOURCES: tuple[Any, ...] = (
+    crossed_pixels, pixel_weights, normal_matrix, row_slopes, damped_steps, near_errors, cubic_fitting, part_choice,
+)  # fmt: skip
+
 _machine = once_per_thread(Machine)
 
 
@@ -91,6 +96,10 @@ def machine_of_thread(device: str = "cpu") -> Machine:
 _ROW_ARRAYS = {"slopes": vec9, "values": wp.int32}
 
 
-def on_host(array: NDArray[Any]) -> wp.array:
-    """Return a Warp array over the memory of a contiguous array."""
-    return as_warp(torch.from_numpy(array), wp.dtype_from_numpy(array.dtype))
+def on_host(array: NDArray[Any], dtype: Any = None, *, whole: bool = False) -> Any:
+    """Return an argument of a kernel over the memory of an array, or over a copy if that is not contiguous.
+
+    Its elements are vectors if ``dtype`` says so. Structures take a ``whole`` Warp array; see `as_warp`.
+    """
+    plain = torch.from_numpy(np.ascontiguousarray(array))
+    return as_warp(plain, dtype or wp.dtype_from_numpy(array.dtype), whole=whole)

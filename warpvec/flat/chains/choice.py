@@ -6,16 +6,19 @@ said already is free: a smooth joint says one number less, and so does a line th
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import NamedTuple
+from itertools import islice
+from typing import Any, NamedTuple
 
 import numpy as np
+import warp as wp
 
-from warpvec.arrays import Floats, Integers, counted, cross, dot, lengths_of, turn_between
+from warpvec.arrays import Floats, Integers, counted
 from warpvec.flat import price
 from warpvec.flat.chains.chain import CURVE_POINTS_MIN, Chain, angle_between
-from warpvec.flat.chains.parts import ARC, CUBIC, LINE, quarters_of, unit
+from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
 from warpvec.flat.curves.cubic_fitting import fit_cubics
+from warpvec.kernels.part_choice import SUM_COUNT, Points, Rules, sums10
+from warpvec.polish.machine import machine_of_thread, on_host
 
 NUMBERS = (price.LINE, price.ARC, price.CUBIC)
 """Numbers of the parts of each kind."""
@@ -100,99 +103,113 @@ def chosen_parts(chain: Chain, spread: float, number_nats: float) -> list[Part]:
     first, last = _pairs(chain)
     if not len(first):
         return []
-    offers = _Offers.of(chain, first, last, spread, 1.0 / (2.0 * spread**2 * REACH * number_nats))
-    by_curves, is_own = _numbers_by_curves(chain, first, last), chain.curve[first] == chain.curve[last - 1]
-    offers.prices[CUBIC, is_own] = by_curves[is_own]
-    moments = _moments(chain, first, last)
-    for kind, find in ((LINE, _lines), (ARC, _arcs)):
-        # What costs more than cubics along each curve is never the cheapest.
-        room = by_curves + ROUNDING - (NUMBERS[kind] + WORD - SAVED_MAX)
-        find(offers, moments, room / offers.per_square)
-    parts = _cheapest(offers)
+    search = _Search(chain, first, last, _rules(chain, spread, number_nats))
+    parts = search.cheapest()
     ends = [0, *(part.last for part in parts)]
     more = np.arange(0, len(chain.points), TRACED_ENDS) if chain.is_traced else np.flatnonzero(np.diff(chain.curve)) + 1
     is_end = chain.is_corner.copy() if chain.is_traced else np.zeros(len(chain.points), bool)
     is_end[ends] = is_end[more] = True
     # No cubic is cheaper than the numbers that it says.
-    is_open = offers.prices[[LINE, ARC]].min(0) > NUMBERS[CUBIC] + WORD - SAVED_MAX
-    rows = np.flatnonzero(is_open & is_end[first] & is_end[last] & ~is_own)
-    if not len(rows):
+    is_open = search.prices[[LINE, ARC]].min(0) > NUMBERS[CUBIC] + WORD - SAVED_MAX
+    is_own = chain.curve[first] == chain.curve[last - 1]
+    pairs = np.flatnonzero(is_open & is_end[first] & is_end[last] & ~is_own)
+    if not len(pairs):
         return parts
-    handles, ways, squares = _joined(chain, first[rows], last[rows])
-    squares += _turned_squares(chain, first[rows], last[rows], ways, spread)
-    offers.add(CUBIC, rows, squares, ways)
-    offers.handles.update(zip(rows.tolist(), handles, strict=True))
-    return _cheapest(offers)
+    handles, ways, squares = _joined(chain, first[pairs], last[pairs])
+    squares += _turned_squares(chain, first[pairs], last[pairs], ways, spread)
+    search.add_cubics(pairs, handles, ways, squares)
+    return search.cheapest()
 
 
-class _Offers(NamedTuple):
-    """Parts of a chain between B pairs of points.
+def _rules(chain: Chain, spread: float, number_nats: float) -> Any:
+    """Return what parts of ``chain`` cost, as kernels take it; see `chosen_parts`."""
+    rules = Rules()
+    rules.spread, rules.per_square = spread, 1.0 / (2.0 * spread**2 * REACH * number_nats)
+    rules.word, rules.saved_most, rules.slack = WORD, SAVED_MAX, ROUNDING
+    rules.line_numbers, rules.arc_numbers, rules.cubic_numbers = NUMBERS
+    # A traced outline is fitted next, and a fit knows no arcs.
+    rules.is_fitted = chain.is_traced
+    rules.kink = 0.5 * (NUMBERS[CUBIC] + WORD if chain.is_traced else KINK)
+    rules.line_kink = KINK + SAVED_MAX
+    rules.smooth_angle, rules.smooth_angle_max = np.radians([SMOOTH_DEGREES, SMOOTH_DEGREES_MAX]).tolist()
+    rules.level_sine = np.sin(np.radians(LEVEL_DEGREES))
+    rules.length_error, rules.sweep_most, rules.rise = LENGTH_ERROR, SWEEP_MAX, RISE * spread
+    return rules
+
+
+class _Search:
+    """The host side of ``kernels/part_choice.py``: prices of the parts between B pairs of points, and the cheapest way.
 
     Attributes:
-        chain: the chain.
-        first, last: the pairs [B].
-        spread: standard deviation in pixels of its places.
-        per_square: numbers that a squared distance costs.
-        prices: numbers that a part of each kind costs [3, B]; infinity for none.
-        ways: its unit directions at both ends [3, B, 2, 2].
-        bulge: those of arcs [B].
-        handles: some of cubics along several curves [2, 2], by their pairs.
+        prices: numbers that a part of each kind costs [3, B]; infinity for what is never the cheapest.
     """
 
-    chain: Chain
-    first: Integers
-    last: Integers
-    spread: float
-    per_square: float
-    prices: Floats
-    ways: Floats
-    bulge: Floats
-    handles: dict[int, Floats]
+    def __init__(self, chain: Chain, first: Integers, last: Integers, rules: Any) -> None:
+        """Price the parts between ``first`` and ``last`` [B] by ``rules``, but for cubics over several curves."""
+        self._machine = machine_of_thread()  # starts Warp, which makes the arrays of structures
+        self._chain, self._first, self._last, self._rules = chain, first, last, rules
+        self._points = _points_of(chain, first)
+        self._cubics: dict[int, tuple[Floats, Floats]] = {}
+        self.prices = np.empty((len(NUMBERS), len(first)))
+        curve, (joint, passed) = chain.curve.astype(np.int32), _numbers_by_curves(chain)
+        self._run("price_parts", [on_host(each) for each in (curve, joint, passed, self.prices)])
 
-    @staticmethod
-    def of(chain: Chain, first: Integers, last: Integers, spread: float, per_square: float) -> _Offers:
-        """Return no parts yet between the pairs ``first`` and ``last`` [B]."""
-        count = len(first)
-        prices, ways = np.full((3, count), np.inf), np.zeros((3, count, 2, 2))
-        return _Offers(chain, first, last, spread, per_square, prices, ways, np.zeros(count), {})
+    def add_cubics(self, pairs: Integers, handles: Floats, ways: Floats, squares: Floats) -> None:
+        """Add cubics over several curves for some ``pairs`` [R].
 
-    def add(self, kind: int, rows: Integers, squares: Floats, ways: Floats) -> None:
-        """Add parts of one ``kind`` for the pairs ``rows`` [K]: sums of ``squares`` [K] and directions [K, 2, 2].
-
-        A traced outline is fitted next. A fit knows no arcs, so they count as the cubics that draw them.
+        They have ``handles`` and unit directions ``ways`` [R, 2, 2], and sums of squared distances ``squares`` [R].
         """
-        words = _words(self.chain, kind, ways, self.first[rows], self.last[rows], self.spread)
-        if kind == ARC and self.chain.is_traced:
-            words += NUMBERS[CUBIC] * quarters_of(self.bulge[rows]) - NUMBERS[ARC]
-        self.prices[kind, rows] = squares * self.per_square + words
-        self.ways[kind, rows] = ways
+        numbers = np.stack([pairs, self._first[pairs], self._last[pairs]], 1).astype(np.int32)
+        self._run("price_cubics", [on_host(numbers), on_host(squares), on_host(ways, wp.vec2d), on_host(self.prices)])
+        self._cubics = dict(zip(pairs.tolist(), zip(handles, ways, strict=True), strict=True))
+
+    def cheapest(self) -> list[Part]:
+        """Return the parts of the cheapest way from the first point to the last."""
+        size = len(self._chain.points)
+        costs, before, count = np.empty((2, size)), np.empty((2, 2, size), np.int32), np.zeros(1, np.int32)
+        numbers, ways, bulges = np.empty((size, 4), np.int32), np.zeros((size, 2, 2)), np.zeros(size)
+        arrays = [on_host(each) for each in (self.prices, costs, *before, count, numbers, bulges)]
+        self._run("choose_parts", [*arrays, on_host(ways, wp.vec2d)])
+        chosen = zip(numbers.tolist(), ways, bulges.tolist(), strict=True)
+        return [self._part(*each) for each in islice(chosen, int(count[0]))][::-1]
+
+    def _part(self, numbers: list[int], ways: Floats, bulge: float) -> Part:
+        kind, first, last, pair = numbers
+        if kind != CUBIC:
+            return Part(kind, first, last, ways, bulge)
+        handles, ways = self._cubics.get(pair, (None, self._chain.along[[first, last]]))
+        return Part(kind, first, last, ways, bulge, handles)
+
+    def _run(self, kernel: str, arguments: list[Any]) -> None:
+        self._machine.run(kernel, [self._rules, self._points, *arguments])
 
 
-def _numbers_by_curves(chain: Chain, first: Integers, last: Integers) -> Floats:
-    """Return the numbers of cubics along each curve of a chain between points [B]."""
+def _points_of(chain: Chain, first: Integers) -> Any:
+    """Return the points of ``chain`` as kernels take them, with pairs that begin at ``first`` [B]."""
+    center, points = chain.middles.mean(0), Points()
+    x, y = (chain.middles - center).T
+    q = x * x + y * y
+    terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y, q, q * x, q * y, q * q], 1)
+    sums = np.zeros((len(chain.points), SUM_COUNT))
+    np.cumsum(terms * (chain.lengths * chain.weights)[:, None], 0, out=sums[1:])
+    begins = np.searchsorted(first, np.arange(len(sums))).astype(np.int32)
+    points.place, points.along = (on_host(each, wp.vec2d, whole=True) for each in (chain.points - center, chain.along))
+    points.sums = on_host(sums, sums10, whole=True)
+    rest = chain.is_corner.astype(np.int32), chain.reached, begins
+    points.is_corner, points.reached, points.begins = (on_host(each, whole=True) for each in rest)
+    return points
+
+
+def _numbers_by_curves(chain: Chain) -> tuple[Floats, Floats]:
+    """Return what cubics along curves cost at points [K], and a running sum [K - 1] of what they cost up to each.
+
+    A cubic along each curve between two points costs, beside a word and its own numbers, what its ends do, and the
+    difference of the running sums.
+    """
     is_smooth = angle_between(chain.along, chain.along) <= SMOOTH_DEGREES  # a cusp has no direction
     joint = np.where(chain.is_corner, 0.0, np.where(is_smooth, -0.5, 0.5 * KINK))
     begins = np.append(True, np.diff(chain.curve) > 0)
-    up_to = np.cumsum(np.where(begins, WORD + NUMBERS[CUBIC] + 2.0 * joint[:-1], 0.0))
-    found: Floats = WORD + NUMBERS[CUBIC] + joint[first] + joint[last] + up_to[last - 1] - up_to[first]
-    return found
-
-
-def _words(chain: Chain, kind: int, ways: Floats, first: Integers, last: Integers, spread: float) -> Floats:
-    """Return the numbers that parts of one ``kind`` say [B], with directions ``ways`` [B, 2, 2], between points [B]."""
-    saved, kinks = np.zeros((2, len(first)))
-    reach = lengths_of(chain.points[last] - chain.points[first])
-    smooth = np.minimum(SMOOTH_DEGREES + np.degrees(3.0 * spread / np.maximum(reach, 1e-6)), SMOOTH_DEGREES_MAX)
-    for side, place in ((0, first), (1, last)):
-        off = angle_between(ways[:, side], chain.along[place])
-        is_free = chain.is_corner[place]
-        saved += np.where(is_free | (off > smooth), 0.0, 0.5)
-        kinks += np.where(is_free | (off <= smooth), 0.0, 0.5 * (NUMBERS[CUBIC] + WORD if chain.is_traced else KINK))
-    if kind == LINE:
-        tilt = np.minimum(*np.abs(ways[:, 0]).T)
-        saved = np.maximum(saved, tilt <= np.sin(np.radians(LEVEL_DEGREES)))
-    found: Floats = WORD + NUMBERS[kind] - saved + kinks
-    return found
+    return joint, np.cumsum(np.where(begins, WORD + NUMBERS[CUBIC] + 2.0 * joint[:-1], 0.0))
 
 
 def _joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floats, Floats]:
@@ -250,103 +267,6 @@ def _pairs(chain: Chain) -> tuple[Integers, Integers]:
     counts = np.minimum(counts, np.maximum(own, max(PAIRS_MAX // len(chain.points), 2 * CURVE_POINTS_MIN)))
     first = np.repeat(begin, counts)
     return first, first + 1 + counted(counts)
-
-
-class _Moments(NamedTuple):
-    """Sums over the points of each pair: of 1, x, y, x x, x y, y y, q, q x, q y and q q, with q = x x + y y."""
-
-    sums: Floats
-    center: Floats
-
-
-def _moments(chain: Chain, first: Integers, last: Integers) -> _Moments:
-    center = chain.middles.mean(0)
-    x, y = (chain.middles - center).T
-    q = x * x + y * y
-    terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y, q, q * x, q * y, q * q])
-    sums = np.concatenate([np.zeros((10, 1)), np.cumsum(terms * chain.lengths * chain.weights, 1)], 1)
-    return _Moments(sums.take(last, 1) - sums.take(first, 1), center)
-
-
-def _lines(offers: _Offers, moments: _Moments, most: Floats) -> None:
-    """Add the nearest lines whose sums of squared distances are ``most`` [B] or less."""
-    n, x, y, xx, xy, yy = moments.sums[:6]
-    a, b, c = xx - x * x / n, xy - x * y / n, yy - y * y / n
-    root = np.hypot((a - c) / 2.0, b)
-    squares = np.maximum((a + c) / 2.0 - root, 0.0)
-    rows = np.flatnonzero(squares <= most)
-    chain, first, last = offers.chain, offers.first[rows], offers.last[rows]
-    chord = chain.points[last] - chain.points[first]
-    is_there = lengths_of(chord) >= (1.0 - LENGTH_ERROR) * chain.length_between(first, last)
-    rows, chord = rows[is_there], chord[is_there]
-    angle = np.arctan2(b[rows], (a[rows] - c[rows]) / 2.0) / 2.0
-    way = np.stack([np.cos(angle), np.sin(angle)], 1)
-    way *= np.where(dot(way, chord) < 0.0, -1.0, 1.0)[:, None]
-    offers.add(LINE, rows, squares[rows], np.repeat(way[:, None], 2, 1))
-
-
-def _arcs(offers: _Offers, moments: _Moments, most: Floats) -> None:
-    """Add the nearest arcs whose sums of squared distances are ``most`` [B] or less.
-
-    Arcs that rise by less than ``RISE`` over their chords are lines.
-    """
-    n, x, y, xx, xy, yy, q, qx, qy, qq = moments.sums
-    a, b, c = xx - x * x / n, xy - x * y / n, yy - y * y / n
-    u, v, w = qx - q * x / n, qy - q * y / n, qq - q * q / n
-    determinant = a * c - b * b
-    is_bent = determinant > 1e-9 * np.maximum(a + c, 1e-12) ** 2
-    safe = np.where(is_bent, determinant, 1.0)
-    cx, cy = (u * c - v * b) / safe / 2.0, (v * a - u * b) / safe / 2.0
-    left = np.maximum(w - 2.0 * (cx * u + cy * v), 0.0)
-    square = (q - 2.0 * (cx * x + cy * y)) / n + cx * cx + cy * cy
-    squares = left / (4.0 * np.maximum(square, 1e-9))
-    is_bent &= (offers.last - offers.first >= 3) & (square > 0.0) & (squares <= most)
-    rows = np.flatnonzero(is_bent)
-    radius, center = np.sqrt(square[rows]), np.stack([cx[rows], cy[rows]], 1) + moments.center
-    chain, first, last = offers.chain, offers.first[rows], offers.last[rows]
-    start, end = chain.points[first] - center, chain.points[last] - center
-    side = np.sign(cross(start, chain.along[first]))
-    turn = turn_between(start, end) * side
-    turn = np.where(turn < 0.0, turn + 2.0 * np.pi, turn)
-    length = radius * turn
-    is_there = (turn <= SWEEP_MAX) & (side != 0.0)
-    is_there &= np.abs(length - chain.length_between(first, last)) <= LENGTH_ERROR * length
-    is_there &= radius * (1.0 - np.cos(turn / 2.0)) >= RISE * offers.spread
-    ways = unit(np.stack([start, end], 1)) * side[:, None, None]
-    ways = np.stack([-ways[..., 1], ways[..., 0]], -1)
-    offers.bulge[rows] = side * np.tan(np.minimum(turn, SWEEP_MAX) / 4.0)
-    offers.add(ARC, rows[is_there], squares[rows[is_there]], ways[is_there])
-
-
-def _cheapest(offers: _Offers) -> list[Part]:
-    """Return the parts of the cheapest way from the first point of the chain to the last.
-
-    Two lines that meet away from a corner have a kink, though each may go on smoothly into something else.
-    """
-    chain, first, prices = offers.chain, offers.first, offers.prices
-    count = len(chain.points)
-    begins = np.searchsorted(first, np.arange(count))
-    by_end = np.stack([prices[LINE], prices[[ARC, CUBIC]].min(0)])  # prices of parts that are a line, or are none
-    so_far, chosen, after = np.full((2, count), np.inf), np.zeros((2, count), np.int64), np.zeros((2, count), np.int64)
-    so_far[1, 0] = 0.0
-    for begin, (start, stop) in enumerate(pairwise(begins.tolist())):
-        reached = slice(begin + 1, begin + 1 + stop - start)
-        before = so_far[:, begin] + [[0.0 if chain.is_corner[begin] else KINK + SAVED_MAX, 0.0], [0.0, 0.0]]
-        for kind, previous in enumerate(before.argmin(1).tolist()):
-            total = before[kind, previous] + by_end[kind, start:stop]
-            is_less = total < so_far[kind, reached]
-            so_far[kind, reached][is_less], chosen[kind, reached][is_less] = total[is_less], begin
-            after[kind, reached][is_less] = previous
-    parts, at, end = list[Part](), count - 1, int(so_far[:, -1].argmin())
-    while at > 0:
-        begin = int(chosen[end, at])
-        row = int(begins[begin]) + at - begin - 1
-        kind = LINE if end == 0 else int(1 + np.argmin(prices[1:, row]))
-        handles = offers.handles.get(row) if kind == CUBIC else None
-        ways = chain.along[[begin, at]] if kind == CUBIC and handles is None else offers.ways[kind, row]
-        parts.append(Part(kind, begin, at, ways, float(offers.bulge[row]), handles))
-        at, end = begin, int(after[end, at])
-    return parts[::-1]
 
 
 def is_smooth_joint(before: Part, after: Part, spread: float, lengths: tuple[float, float]) -> bool:
