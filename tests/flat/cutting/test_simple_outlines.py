@@ -130,7 +130,7 @@ def test_a_star_of_thin_points_has_nothing_that_meets() -> None:
     assert not meeting_rows(_polygons([(x, y) for x, y in star.tolist()])).any()
 
 
-@pytest.mark.parametrize("options", [{}, {"cutout": True}, {"mode": "mono"}, {"minify": True}])
+@pytest.mark.parametrize("options", [{}, {"cutout": True, "minify": True}, {"mode": "mono"}])
 def test_drawings_are_simple(options: dict[str, object]) -> None:
     picture = Image.new("RGB", (160, 120), "white")
     draw = ImageDraw.Draw(picture)
