@@ -9,9 +9,10 @@ import pytest
 from shapely import LineString, Point, unary_union
 from shapely.geometry.polygon import orient
 
+from warpvec.flat.price import ARC, LINE
 from warpvec.flat.strokes.center_lines import _miter_tips, center_lines
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks, stroke_width
-from warpvec.flat.strokes.line_fitting import Line, Rows, fit_line
+from warpvec.flat.strokes.line_fitting import Line, Rows, cost_of, fit_line
 
 
 def test_a_corner_between_handles_of_no_length_has_no_tip() -> None:
@@ -121,7 +122,7 @@ def test_arcs_that_turn_back_meet_in_their_tip() -> None:
     brace = [(80.0, 20.0), *arc((60, 80), 0, 90), *arc((60, 120), -90, 0)[1:], (80.0, 180.0)]
     rows = fit_line(Line(np.array(brace), False), 20.0, 0.35)
     assert np.linalg.norm(rows.control[:, 0] - [60, 100], axis=1).min() < 1.0
-    assert sum(~rows.is_line) == 2
+    assert cost_of(rows) == 2 * LINE + 2 * ARC
 
 
 def test_a_line_ends_at_a_round_corner_of_another() -> None:

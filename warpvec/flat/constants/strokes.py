@@ -169,14 +169,8 @@ class StrokeConstants:
     cubic_cost: float = 6.0
     """Cost of a cubic, as the numbers that a file needs for it."""
 
-    excess_cost: float = 50.0
-    """Cost of a pixel by which a piece is farther from the line than the tolerance."""
-
-    kink_cost: float = 3.0
-    """Cost of a joint that is not smooth, away from corners."""
-
-    kink_degrees: float = 4.0
-    """Largest turn of a smooth joint between a line and its neighbour."""
+    spread_share: float = 0.33
+    """Deviation of the places of a centre line in tolerances: nearly all are within three deviations."""
 
     # Acceptance (strokes/recognition.py)
 
@@ -212,7 +206,7 @@ class StrokeConstants:
     width_shared: float = 0.1
     """Widths that differ by no more pixels are the same; fitted ones are within 0.05 of the designer's."""
 
-    hopeless: float = 4.0
+    hopeless: float = 8.0
     """After the first fit, strokes whose outlines move by more than so many times the detail are given up."""
 
     worst_share: float = 0.5

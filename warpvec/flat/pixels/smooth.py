@@ -154,7 +154,7 @@ class _Chains:
         points = MONO.staircase_scale * self._spline(chain, is_closed)
         count = min(max(2 * len(chain), _FITTED_MIN), _FITTED_MAX)  # a feature of a pixel must not be passed over
         tolerance = MONO.staircase_scale * _TOLERANCE
-        rows = fit_line(Line(points, is_closed), MONO.staircase_scale, tolerance, count, count)
+        rows = fit_line(Line(points, is_closed), MONO.staircase_scale, tolerance, count)
         curves = curves_of(rows) / MONO.staircase_scale
         self._rows.append((curves, rows.is_line[: len(curves)], len(keys)))
 

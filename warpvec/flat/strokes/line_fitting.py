@@ -7,14 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from warpvec.arrays import Floats, Integers, Mask, counted, reached
+from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.grid import arcs_among
+from warpvec.flat.chains.saying import said_rows
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.curves.cubic_fitting import fit_lengths
 from warpvec.flat.cutting.cut_edges import between
-from warpvec.flat.price import ARC, CUBIC, LINE
+from warpvec.flat.price import ARC, CUBIC, LINE, number_nats
 
 _SAMPLES = 16
-"""Points of a part of the line to which a piece is compared."""
+"""Points of the line to which the cubic between two nodes is fitted."""
 
 
 class Line(NamedTuple):
@@ -49,13 +51,11 @@ class _Nodes(NamedTuple):
     is_corner: Mask
 
 
-def fit_line(
-    line: Line, width: float, tolerance: float, nodes_max: int = STROKES.nodes_max, sample_count: int = _SAMPLES
-) -> Rows:
-    """Return the cheapest rows within ``tolerance`` pixels of a ``line`` of a stroke of ``width`` pixels.
+def fit_line(line: Line, width: float, tolerance: float, nodes_max: int = STROKES.nodes_max) -> Rows:
+    """Return the cheapest rows near a ``line`` of a stroke of ``width`` pixels, as chains have them.
 
-    Pieces may end at corners, and at ``nodes_max`` other places at most. Each is compared to so many points of its part
-    of the line.
+    Places are off by up to ``tolerance`` pixels. The line is first drawn by cubics from corner to corner with at most
+    ``nodes_max`` other nodes.
     """
     points = resampled(line)
     if len(points) < 3:
@@ -64,7 +64,8 @@ def fit_line(
         start = int(np.argmax(_turns(points, width, True)))
         points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
     points, nodes = _find_nodes(points, width, line.is_closed, nodes_max)
-    return _rows(points, nodes, _cheapest(points, nodes, tolerance, sample_count), line.is_closed)
+    chain, nats = Chain.of(_short_curves(points, nodes), line.is_closed), number_nats(float(np.ptp(points, 0).max()))
+    return Rows(*said_rows({0: chain}, STROKES.spread_share * tolerance, nats)[0], not line.is_closed)
 
 
 def curves_of(rows: Rows) -> Floats:
@@ -250,88 +251,13 @@ def _unit(vectors: Floats) -> Floats:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-9)
 
 
-class _Piece(NamedTuple):
-    cost: float
-    before: int
-    is_line: bool
-    handles: Floats
-
-
-def _cheapest(points: Floats, nodes: _Nodes, tolerance: float, sample_count: int = _SAMPLES) -> list[_Piece]:
-    """Return the pieces of the cheapest way from the first node to the last, in order."""
-    number = np.arange(len(nodes.place))
-    # No piece passes a corner: the first start of the pieces to a node is the last corner before it.
-    corner = np.maximum.accumulate(np.where(nodes.is_corner, number, 0))
-    first = np.concatenate([[0], corner[:-1]])
-    counts = number - first
-    bounds = np.concatenate([[0], np.cumsum(counts)])
-    ends = np.repeat(number, counts)
-    starts = np.arange(len(ends)) - np.repeat(bounds[:-1], counts) + np.repeat(first, counts)
-    costs, handles = _costs(points, nodes, starts, ends, tolerance, sample_count)
-    best: list[_Piece] = [_Piece(0.0, -1, True, np.zeros((2, 2)))]
-    so_far = np.zeros(len(number))
-    for end in range(1, len(number)):
-        own = slice(bounds[end], bounds[end + 1])
-        total = so_far[starts[own], None] + costs[own]
-        chosen, kind = divmod(int(np.argmin(total)), 2)
-        so_far[end] = total[chosen, kind]
-        row = int(bounds[end]) + chosen
-        best.append(_Piece(so_far[end], int(starts[row]), kind == 1, handles[row]))
-    pieces, at = [], len(best) - 1
-    while at > 0:
-        pieces.append(best[at])
-        at = best[at].before
-    return pieces[::-1]
-
-
-def _costs(
-    points: Floats, nodes: _Nodes, starts: Integers, ends: Integers, tolerance: float, sample_count: int
-) -> tuple[Floats, Floats]:
-    """Return the cost of a cubic and of a line from each of the nodes ``starts`` to one of ``ends`` [B, 2].
-
-    Also return the handles of the cubics [B, 2, 2].
-    """
-    share = (np.arange(sample_count) + 0.5) / sample_count
-    first, last = nodes.place[starts], nodes.place[ends]
+def _short_curves(points: Floats, nodes: _Nodes) -> Floats:
+    """Return the cubics [N - 1, 4, 2] from each node to the next that are closest to the points between them."""
+    first, last = nodes.place[:-1], nodes.place[1:]
+    share = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, (len(first), 1))
     place = first[:, None] + share * (last - first)[:, None]
-    low = np.floor(place).astype(int)
-    rest = (place - low)[..., None]
-    between = points[low] * (1.0 - rest) + points[np.minimum(low + 1, len(points) - 1)] * rest
-    a, d = points[first], points[last]
-    directions = np.stack([nodes.after[starts], -nodes.before[ends]], 1)
-    cubics = fit_lengths(a, d, directions, between, np.tile(share, (len(starts), 1)))
-    chord = _unit(d - a)
-    offset = between - a[:, None]
-    along = (offset * chord[:, None]).sum(2).clip(0.0, np.linalg.norm(d - a, axis=1)[:, None])
-    away = np.linalg.norm(offset - along[..., None] * chord[:, None], axis=2).max(1)
-    is_free = nodes.is_corner.copy()
-    is_free[[0, -1]] = True
-    kinks = _kinks(chord, directions[:, 0], is_free[starts]) + _kinks(chord, -directions[:, 1], is_free[ends])
-    of_cubics = STROKES.cubic_cost + _excess(cubics.distance, tolerance)
-    of_lines = STROKES.line_cost + _excess(away, tolerance) + STROKES.kink_cost * kinks
-    return np.stack([of_cubics, of_lines], 1), cubics.handles
-
-
-def _excess(distance: Floats, tolerance: float) -> Floats:
-    """Return the cost of pieces that are so far from the line [B], in pixels; infinite if that cannot be measured."""
-    return STROKES.excess_cost * np.maximum(np.where(np.isnan(distance), np.inf, distance) - tolerance, 0.0)
-
-
-def _kinks(chord: Floats, direction: Floats, is_free: Mask) -> Floats:
-    """Return 1 where a line along ``chord`` [B, 2] makes a kink with a ``direction`` [B, 2] that is not free."""
-    turn = np.degrees(np.arccos(np.clip((chord * direction).sum(1), -1.0, 1.0)))
-    return (turn > STROKES.kink_degrees) * ~is_free.astype(bool) * 1.0
-
-
-def _rows(points: Floats, nodes: _Nodes, pieces: list[_Piece], is_closed: bool) -> Rows:
-    stops = [*(piece.before for piece in pieces[1:]), len(nodes.place) - 1]
-    rows = []
-    for piece, stop in zip(pieces, stops, strict=True):
-        a, d = points[nodes.place[piece.before]], points[nodes.place[stop]]
-        handles = [a + (d - a) / 3, a + (d - a) * 2 / 3] if piece.is_line else list(piece.handles)
-        rows.append([a, *handles])
-    is_line = [piece.is_line for piece in pieces]
-    if not is_closed:
-        rows.append([points[-1]] * 3)
-        is_line.append(True)
-    return Rows(np.array(rows), np.array(is_line), not is_closed)
+    inner = np.stack([np.interp(place, np.arange(len(points)), points[:, k]) for k in (0, 1)], 2)
+    directions = np.stack([nodes.after[:-1], -nodes.before[1:]], 1)
+    start, end = points[first], points[last]
+    handles = fit_lengths(start, end, directions, inner, share).handles
+    return np.concatenate([start[:, None], handles, end[:, None]], 1)

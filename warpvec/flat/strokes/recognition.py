@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from warpvec.arrays import Floats32, Integers, Mask
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
 from warpvec.flat.price import number_nats
 from warpvec.flat.simplification.critic import Critic
-from warpvec.flat.simplification.local_error import errors_in_boxes, errors_near
+from warpvec.flat.simplification.local_error import errors_near
 from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
 from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
@@ -179,13 +180,16 @@ class _Judge:
     def _moved(self, rise: Floats32, replaced: dict[int, Mask]) -> dict[int, float]:
         """Return how far the outlines of the rows [R] of each path seem to have moved, as a root mean square in pixels.
 
+        A pixel counts for the path whose outline is nearest: paths lie in each other's boxes.
+
         Args:
             rise: by how much the squared error of each pixel rose [h, w].
             replaced: rows of each path, by its generation.
         """
-        points = [self.samples.control[rows].reshape(-1, 2) for rows in replaced.values()]
-        low, high = (np.array([side(each, axis=0) for each in points]) for side in (np.min, np.max))
-        found = errors_in_boxes(rise, low, high).tolist()
+        points = [self.samples.points[rows].reshape(-1, 2) for rows in replaced.values()]
+        owner, is_changed = np.repeat(np.arange(len(points)), [len(each) for each in points]), rise != 0.0
+        nearest = owner[cKDTree(np.concatenate(points)).query(np.argwhere(is_changed)[:, ::-1] + 0.5)[1]]
+        found = np.bincount(nearest, rise[is_changed], len(points)).tolist()
         worth = (self.samples.worth[rows].sum() for rows in replaced.values())
         details = (self.critic.detail_of(*each, SIMPLIFICATION.whole_noise) for each in zip(worth, found, strict=True))
         return dict(zip(replaced, details, strict=True))
