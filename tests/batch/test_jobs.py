@@ -259,6 +259,8 @@ def test_file_options_reach_the_files(photos: Path, out: Path, engine: InProcess
     pytest.importorskip("pathops")
     _done(engine, photos, out, *QUICK, "--for", "word")
     assert (out / "p0.svg.png").read_bytes().startswith(b"\x89PNG")
+    _done(engine, photos, out, *QUICK, "--for", "android")
+    assert (out / "p0.xml").read_text().startswith("<vector")
 
 
 @pytest.mark.parametrize(

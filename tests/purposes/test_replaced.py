@@ -68,6 +68,17 @@ def test_plain_files_have_pixels_for_units_and_opaque_strokes(sides: str, box: s
     assert error_db(text, drawing, 240) > 50.0
 
 
+@pytest.mark.parametrize(("path", "side"), [("M50 60h120v80z", 24), ("M51 62h127v83l-9 2z", 240)])
+def test_short_plain_files_have_the_units_of_the_shorter_text(path: str, side: int) -> None:
+    drawing = (
+        '<svg xmlns="http://www.w3.org/2000/svg" width="24" height="24" viewBox="0 0 240 240">'
+        f'<path fill="#c22" d="{path}"/></svg>'
+    )
+    text = text_for(drawing, PURPOSES["plain"]).text
+    assert f'viewBox="0 0 {side} {side}"' in text
+    assert error_db(text, drawing) > 90.0
+
+
 @pytest.mark.parametrize("side", [16, 128])
 def test_rounds_of_many_colours_stay_in_their_places_at_any_size(side: int) -> None:
     pytest.importorskip("pathops")

@@ -38,6 +38,7 @@ class Purpose:
         dots: dots per pixel of what shows the file: with more, blurs are drawn in more and smoother rings.
         per_inch: pixels per inch in which a size in real units is stated; None for its unit.
         profile: attributes of the root, with a space before each.
+        suffix: of the files that `warpvec batch` names.
     """
 
     help: str
@@ -59,6 +60,7 @@ class Purpose:
     dots: float = 1.0
     per_inch: float | None = None
     profile: str = ""
+    suffix: str = ".svg"
 
     def check_packages(self, name: str) -> None:
         """Check that what draws by other means is there; messages call the option ``name``.
@@ -82,7 +84,7 @@ WEB = Purpose("browsers, Inkscape and most programs")
 PRINT = Purpose("print, PDF and EPS", has_blur=False, dots=2.0)
 """What CairoSVG draws, which makes files of these kinds."""
 
-ANDROID = Purpose("Android", has_blur=False, has_ellipses=False, has_forms=False, has_groups=False)
+ANDROID = Purpose("Android", has_blur=False, has_ellipses=False, has_forms=False, has_groups=False, suffix=".xml")
 """What a VectorDrawable can state."""
 
 _PLAIN = Purpose(

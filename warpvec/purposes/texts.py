@@ -36,34 +36,47 @@ def text_for(text: str, purpose: Purpose) -> Fitted:
     purpose.check_packages("the drawing")
     loaded = read_svg(text)
     root = parse_svg(text).root
-    pixels = tuple(map(round, stated_size(root)))
+    wide, high = stated_size(root)
+    pixels = (round(wide), round(high))
     scene = loaded.scene.scaled(pixels[0] / loaded.width, pixels[1] / loaded.height)
     found = replaced(scene, purpose, *pixels)
     sides = loaded.sides
-    keeps_units = _keeps_units(loaded, found.scene, root, purpose)
-    width, height = (round(loaded.width), round(loaded.height)) if keeps_units else pixels
-    scene = found.scene.scaled(width / pixels[0], height / pixels[1])
-    decimals = (loaded.precision or 0) + more_decimals(loaded.width / width) - more_decimals(width / loaded.width)
     if sides is not None and purpose.per_inch is not None:
         sides = in_pixels_of(sides, purpose.per_inch)
     options: dict[str, Any] = {
         "has_arcs": purpose.has_arcs, "profile": purpose.profile, "closes_exactly": loaded.closes_exactly,
     }  # fmt: skip
     if loaded.minified:
-        options |= {"precision": decimals, "has_groups": purpose.has_groups}
-        made = write_minified(scene, width, height, sides or (str(width), str(height)), **options)
+        options |= {"has_groups": purpose.has_groups, "sides": sides or tuple(map(str, pixels))}
     else:
         title, metadata = description_of(text.encode())
-        precision = max(decimals, _PRECISION)
-        options |= {"title": title, "metadata": metadata, "layer_names": loaded.layer_names}
-        made = write_svg(scene, width, height, precision=precision, sides=sides, **options)
-    return Fitted(made, found.words)
+        options |= {"title": title, "metadata": metadata, "layer_names": loaded.layer_names, "sides": sides}
+    units = _units(loaded, found.scene, root, purpose, pixels)
+    made = (_written(found.scene, loaded, pixels, each, options) for each in units)
+    return Fitted(min(made, key=len), found.words)
 
 
-def _keeps_units(loaded: LoadedSvg, scene: Scene, root: dict[str, str], purpose: Purpose) -> bool:
-    """Return whether the file for ``purpose`` has the units of the file ``loaded``, else pixels.
+def _written(
+    scene: Scene, loaded: LoadedSvg, pixels: tuple[int, int], units: tuple[int, int], options: dict[str, Any]
+) -> str:
+    """Return the text of ``scene``, in ``pixels`` along the sides of the canvas, of a file with so many ``units``."""
+    width, height = units
+    scene = scene.scaled(width / pixels[0], height / pixels[1])
+    decimals = (loaded.precision or 0) + more_decimals(loaded.width / width) - more_decimals(width / loaded.width)
+    if loaded.minified:
+        return write_minified(scene, width, height, precision=decimals, **options)
+    return write_svg(scene, width, height, precision=max(decimals, _PRECISION), **options)
 
-    Files of lengths in the world keep theirs. So do the shortest files of fills, which would be a quarter longer.
+
+def _units(
+    loaded: LoadedSvg, scene: Scene, root: dict[str, str], purpose: Purpose, pixels: tuple[int, int]
+) -> list[tuple[int, int]]:
+    """Return the units along the sides of the file for ``purpose``: those of the file ``loaded``, pixels, or both.
+
+    Files of lengths in the world keep theirs. Of the shortest files of fills the shorter text is taken: ten units in a
+    pixel need no points, and pixels no zeros.
     """
-    is_short = loaded.minified and scene.strokes is None
-    return purpose.has_units or is_short or physical_size(root) is not None
+    own = (round(loaded.width), round(loaded.height))
+    if purpose.has_units or physical_size(root) is not None:
+        return [own]
+    return [own, pixels] if loaded.minified and scene.strokes is None else [pixels]

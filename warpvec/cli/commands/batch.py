@@ -18,6 +18,7 @@ from warpvec.cli.side_files import write_config
 from warpvec.cli.signals import raised_interrupts
 from warpvec.config.fit_config import FitConfig
 from warpvec.errors import InputError
+from warpvec.purposes.table import PURPOSES
 
 if TYPE_CHECKING:
     from warpvec.batch.console import Tally
@@ -67,7 +68,7 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
         parse_color(background)
     folders = open_folder(source, "IN_DIR"), open_folder(target, "OUT_DIR")
     work = Vectorize(*folders, config, background, goal, file_options(options), OPTION_NAMES)
-    suffix = ".svgz" if options["svgz"] else ".svg"
+    suffix = ".svgz" if options["svgz"] else PURPOSES[work.file_options.purpose].suffix
     jobs = find_jobs(work.source.names(options["recursive"]), suffix, keep_suffix=options["keep_suffix"])
     engine = _engine(config, options)
     write_config(options, config)
