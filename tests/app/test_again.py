@@ -16,7 +16,6 @@ from warpvec.app.fitting import run_job
 from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
 from warpvec.drawing.drawing import Drawing
-from warpvec.errors import InputError
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.request import Request
 from warpvec.polish.erasing import erase, hole_of
@@ -115,9 +114,12 @@ def test_a_deleted_path_does_not_come_back() -> None:
     assert np.abs(draw(text).astype(int) - (0x30, 0x60, 0xA0)).max() <= 3
 
 
-def test_locks_that_cannot_be_found_are_refused() -> None:
-    with pytest.raises(InputError, match="must have only filled paths"):
-        again(start=svg(PAPER, TRUE), locked=(5,))
+def test_a_locked_shape_of_another_program_stays_with_its_fill_and_its_stroke() -> None:
+    shape = '<g transform="translate(39 39)"><circle r="4" fill="#fff" stroke="#123456" stroke-width="3"/></g>'
+    text, _ = again(start=svg(PAPER, shape, square(9, 21, "#20c040")), locked=(1,))
+    assert np.abs(np.subtract(color_at(text, 20, 20), (0xE0, 0x40, 0x20))).max() <= 2
+    assert re.findall(r'(?:fill|stroke)="#(?:fff|123456)"', text) == ['fill="#fff"', 'stroke="#123456"']
+    assert text.count('cx="39" cy="39" r="4"') == 2
     _, paths = again(start=svg(BACKGROUND, square(9, 21, "#20c040")), locked=(0,))  # the canvas is no path
     assert paths == ["M9 9h21v21h-21z"]
 

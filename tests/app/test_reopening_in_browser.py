@@ -69,6 +69,7 @@ def test_a_saved_drawing_is_opened_with_its_picture_or_alone_and_goes_on(
         if page.locator("#removal-yes").is_visible():
             page.locator("#removal-yes").click()
         page.wait_for_selector("#empty:not([hidden])")
+        assert page.is_disabled("#save") and not page.is_visible("#size-width")
     desk.close()
 
 

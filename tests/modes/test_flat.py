@@ -260,6 +260,7 @@ def test_colours_are_named_as_in_css() -> None:
     assert color_name(np.array((0xEA, 0x76, 0x00)) / 255.0).startswith("darkorange ")
     assert color_name(np.array((0x22, 0x22, 0x22)) / 255.0).startswith("black ")
     assert color_name(np.array((254, 254, 254)) / 255.0).startswith("white ")
+    assert color_name(np.array((0x3B, 0x1F, 0x0F)) / 255.0).startswith("saddlebrown ")
 
 
 def test_a_ramp_has_its_mean_colour_when_gradients_are_forbidden() -> None:

@@ -22,6 +22,8 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 TASK = {"work": "warpvec.svg.resvg_work", "options": {}, "memory": run.MAX_MEMORY, "files": 0}
 
 WORK = """
+import time
+
 from warpvec.errors import InputError
 
 
@@ -32,6 +34,8 @@ def work(data, kind):
         return [bytes(2**33)]
     if kind == "deep":
         return work(data, kind)
+    if kind == "slow":
+        return [b"a" for _ in [time.sleep(1.5)]]
     if kind == "file":
         return [open(data).read()]
     return [b"a", memoryview(data)]
@@ -53,6 +57,11 @@ def test_the_result_is_that_of_the_work(work: str) -> None:
 def test_an_input_error_of_the_work_is_raised_here(work: str) -> None:
     with pytest.raises(InputError, match=r"^picture must be good, got bad; draw it again$"):
         run_in_sandbox(work, b"bad", kind="input")
+
+
+def test_work_that_waits_for_the_processor_has_time(work: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "MAX_SECONDS", 1.0)
+    assert run_in_sandbox(work, b"", kind="slow") == b"a"
 
 
 @pytest.mark.parametrize(
@@ -85,14 +94,14 @@ def busy_child(pid: int) -> int | None:
 
 
 def test_a_child_process_without_the_one_that_started_it_draws_nothing():
-    task = {**TASK, "seconds": 20, "parent": os.getpid() + 1}
+    task = {**TASK, "seconds": 20, "patience": 20, "parent": os.getpid() + 1}
     command = [sys.executable, child.__file__, json.dumps(task)]
     done = subprocess.run(command, input=svg_file().encode(), capture_output=True, check=False)
     assert done.returncode and not done.stdout
 
 
 def test_a_child_process_that_nobody_stops_ends_by_itself():
-    task = {**TASK, "seconds": 1, "parent": os.getpid()}
+    task = {**TASK, "seconds": 20, "patience": 1, "parent": os.getpid()}
     command = [sys.executable, child.__file__, json.dumps(task)]
     done = subprocess.run(command, input=mask_bomb().encode(), capture_output=True, check=False, timeout=limit(20))
     assert done.returncode and not done.stdout

@@ -55,9 +55,9 @@ class Refine:
     def draw(self, request: Request) -> Drawing:
         """Return the refined drawing.
 
-        If the paths stay, it keeps the structure and the form of the given file. If that file is as good as the
-        result, and nothing asks for a change, the result is the given file. Otherwise the drawing is fitted on like a
-        photo, with small steps.
+        If the paths stay, it keeps the structure and the form of the given file. Otherwise the drawing is fitted on
+        like a photo, with small steps. If the given file is as good as the result, and nothing asks for a change but
+        for more paths, the result is the given file.
 
         Raises:
             InputError: drawing and picture do not match, or as `Photo.draw`.
@@ -86,7 +86,8 @@ class Refine:
         psnr = encoding.psnr_as_fitted if request.picture.blur else encoding.text_psnr
         given = psnr(read_text(self.data))
         found = replace(found, start_psnr=given, condition=condition)
-        if not keeps or self.iterations == 0 or self._must_change(request) or given < found.psnr_as_fitted:
+        is_asked = not only_adds(request.settings, start, request.goal) or self._must_change(request)
+        if is_asked or self.iterations == 0 or given < found.psnr_as_fitted:
             return found
         return replace(found, given=read_text(self.data))
 
@@ -134,9 +135,14 @@ def keeps_structure(config: FitConfig, start: Scene, goal: Goal) -> bool:
 
     Gradients are paints that flat paths may get.
     """
-    adds_nothing = not goal and config.curves == len(start) and config.recycle_gap == 0
+    return config.curves == len(start) and only_adds(config, start, goal)
+
+
+def only_adds(config: FitConfig, start: Scene, goal: Goal) -> bool:
+    """Return whether the settings move what ``start`` has, and add paths at most."""
+    has_all = not goal and config.curves >= len(start) and config.recycle_gap == 0
     is_plain = config.palette is None and config.colors == 0 and not config.lod and config.z_order == "creation"
-    return adds_nothing and is_plain and config.renderer == "exact" and config.min_area == 0
+    return has_all and is_plain and config.renderer == "exact" and config.min_area == 0
 
 
 def refine_settings(

@@ -13,7 +13,6 @@ from torch import Tensor
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.drawing.given import encoding_like, place_on_picture, precision_of, read_drawing
-from warpvec.errors import InputError
 from warpvec.fit.placement import colors_at
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.joints import with_lines
@@ -48,7 +47,7 @@ class Edited:
 
     Attributes:
         text: its SVG.
-        locked: places of paths that keep their form and paint.
+        locked: places of shapes in the text, whose paths keep their form and paint.
         filled: SVG text of deleted shapes that new paths are to fill; None for none.
         is_photo: whether it is a drawing of a photo. Its paths overlap and touch everywhere, so that nearly each
             Gauss-Newton step would fold some: 100 paths of a photo took three minutes, and take five seconds by
@@ -73,12 +72,13 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
         The drawing, and the mask [N] of the locked ones of its fitted paths.
 
     Raises:
-        InputError: the drawing cannot be read, or the locked paths cannot be found in it.
+        InputError: the drawing cannot be read.
     """
     data, picture, settings = edited.text.encode(), usual.picture, usual.settings
     given = read_drawing(data)
     scene = with_lines(place_on_picture(given, picture))
-    locked = _locked(edited, len(scene))
+    sources = torch.arange(len(scene)) if given.sources is None else torch.tensor(given.sources)
+    locked = torch.isin(sources, torch.tensor(edited.locked, dtype=torch.int64))
     if not picture.is_transparent:
         scene = over_white(scene)
     if edited.filled is not None:
@@ -92,18 +92,6 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
     encoding = replace(encoding, title=picture.title, metadata=encoding.metadata or BY_HAND)
     held = locked if bool(locked.any()) else None
     return polish_drawing(scene, encoding, watch, ITERATIONS, locked=held, exact=not edited.is_photo), locked
-
-
-def _locked(edited: Edited, count: int) -> Tensor:
-    """Return the mask [N] of the locked ones of ``count`` paths."""
-    mask = torch.zeros(count, dtype=torch.bool)
-    if not edited.locked:
-        return mask
-    if edited.locked[-1] >= count or file_facts(edited.text)["paths"] != count:
-        remedy = "fit again without locked paths"
-        raise InputError("drawing", "must have only filled paths to lock some", "strokes or others", remedy)
-    mask[list(edited.locked)] = True
-    return mask
 
 
 def _filling(hole: NDArray[np.bool_], photo: NDArray[np.float32], count: int, scene: Scene) -> Scene:

@@ -34,7 +34,9 @@ class Task(TypedDict):
     memory: int
     """Address space in bytes."""
     seconds: int
-    """Time limit, of the clock and of the processor. The starting process ends the work before that."""
+    """Time limit of the processor."""
+    patience: int
+    """Time limit of the clock in seconds. The starting process ends the work before that."""
     files: int
     """Most files that the work may have open at a time: temporary ones of a library."""
     parent: int
@@ -45,7 +47,7 @@ def main() -> None:
     """Do the task of the argument."""
     task: Task = json.loads(sys.argv[1])
     # Even if nobody stops this process. The timer is a thread of native code, which the work does not hold up.
-    faulthandler.dump_traceback_later(task["seconds"], exit=True)
+    faulthandler.dump_traceback_later(task["patience"], exit=True)
     _end_with_parent(task["parent"])
     _limit_resources(RLIMIT_AS=task["memory"], RLIMIT_CORE=0, RLIMIT_CPU=task["seconds"])
     sys.path.append(str(Path(__file__).parents[2]))  # the package need not be installed

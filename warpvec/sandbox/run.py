@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import signal
 import subprocess
 import sys
 from typing import Any
@@ -21,11 +22,18 @@ from warpvec.sandbox import child
 from warpvec.sandbox.child import MARK, Task
 
 MAX_SECONDS = 15.0
-"""Time limit of a child process; the largest drawings of editors take some seconds, and so does the largest canvas."""
+"""Time of the processor that a child process may take; the largest drawings of editors take some seconds, and so does
+the largest canvas."""
+
+PATIENCE = 8.0
+"""Time limit of the clock, as a multiple: a drawing of 4 s took more than 15 s beside fifteen other processes."""
 
 MAX_MEMORY = 2**31
 """Address space of a child process in bytes, where the system can limit it: for resvg four canvases of the largest
 size, which are enough for a drawing with one layer (3.6 canvases), and for two (8.5) up to 60 megapixels."""
+
+_ENDED_BY_SYSTEM = {-number for name in ("SIGXCPU", "SIGKILL") if (number := getattr(signal, name, None))}
+"""Return codes of a process that has used up its time: the first signal is that of POSIX, Linux sends the second."""
 
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Threads of libraries that reserve memory for each."""
@@ -46,13 +54,14 @@ def run_in_sandbox(work: str, data: bytes | bytearray | memoryview, files: int =
 
     Raises:
         InputError: the work raised it.
-        SandboxError: the work failed, or took more than ``MAX_SECONDS`` or ``MAX_MEMORY``.
+        SandboxError: the work failed, or took more than ``MAX_SECONDS`` of the processor or ``MAX_MEMORY``.
     """
     task = Task(
         work=work,
         options=options,
         memory=MAX_MEMORY,
-        seconds=math.ceil(MAX_SECONDS) + 1,
+        seconds=math.ceil(MAX_SECONDS),
+        patience=math.ceil(PATIENCE * MAX_SECONDS) + 1,
         files=files,
         parent=os.getpid(),
     )
@@ -62,15 +71,21 @@ def run_in_sandbox(work: str, data: bytes | bytearray | memoryview, files: int =
             [sys.executable, "-P", child.__file__, json.dumps(task)],
             input=data,
             capture_output=True,
-            timeout=MAX_SECONDS,
+            timeout=PATIENCE * MAX_SECONDS,
             check=False,
             env={**os.environ, **_ONE_THREAD},
         )
     except subprocess.TimeoutExpired:
-        raise SandboxError(f"not done in {MAX_SECONDS:g} s") from None
+        raise _too_long() from None
     if done.returncode == 0:
         return done.stdout
+    if done.returncode in _ENDED_BY_SYSTEM:
+        raise _too_long()
     raise _error(done)
+
+
+def _too_long() -> SandboxError:
+    return SandboxError(f"not done in {MAX_SECONDS:g} s")
 
 
 def _error(done: subprocess.CompletedProcess[bytes]) -> Exception:

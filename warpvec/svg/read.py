@@ -73,6 +73,8 @@ class LoadedSvg:
         sides: width and height as warpvec's own file states them, with their units, if these are not pixels.
         layer_names: names of the layers of warpvec's own file by generation, if they have names.
         minified: whether warpvec's own file has the form of `warpvec.svg.minify.write_minified`.
+        sources: for each path the place of its shape in the file of another program, where a shape can be several
+            paths or none; None in warpvec's own files, which have a shape for each path.
         closes_exactly: whether a file that keeps the form of this one closes its loops exactly. Only warpvec's own
             files of photos do not; they have nothing but loops of relative curves.
     """
@@ -86,6 +88,7 @@ class LoadedSvg:
     layer_names: dict[int, str] | None = None
     minified: bool = False
     closes_exactly: bool = True
+    sources: tuple[int, ...] | None = None
 
 
 def read_svg(source: bytes | str) -> LoadedSvg:
@@ -158,7 +161,7 @@ def _read_foreign(root: Element) -> LoadedSvg:
 
     reader = ForeignReader(root)
     scene = make_scene(reader.painter.outlines, reader.painter.background)
-    return LoadedSvg(scene, *reader.size, reader.omitted)
+    return LoadedSvg(scene, *reader.size, reader.omitted, sources=tuple(reader.sources))
 
 
 def _expect(condition: bool) -> None:

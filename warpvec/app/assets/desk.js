@@ -237,6 +237,7 @@ export class Desk {
     this.making.show();
     const canSave = Boolean(current?.newest);
     this.saver.showUse(canSave ? this.view.app.panel.size.sizeIn("mm") : null);
+    find("save").disabled = !canSave;
     const { kind, purpose } = this.saver.use;
     find("save-for").disabled = !canSave || (!server.isOnline && (kind !== "svg" || Boolean(purpose)));
     for (const button of findAll("[data-format]")) {

@@ -50,10 +50,10 @@ def refine(ctx: click.Context, /, source: str, out: str, drawing: str, free: boo
     first makes every path opaque, which may make the drawing worse. With --blur, the drawing is blurred before it is
     compared with the image: OUT is sharp.
 
-    If --curves is above the number of paths, new paths are added on top where the picture is worst. If --curves is
-    below, the paths that matter least are removed. With a new number of paths, a goal, --recycle-gap, --colors,
-    --palette, --lod or --min-area, the drawing is fitted like a photo: without the bounds above, and with 0.4 times the
-    learning rates of run.
+    If --curves is above the number of paths, new paths are added on top where the picture is worst, unless the drawing
+    is better without them. If --curves is below, the paths that matter least are removed. With a new number of paths,
+    a goal, --recycle-gap, --colors, --palette, --lod or --min-area, the drawing is fitted like a photo: without the
+    bounds above, and with 0.4 times the learning rates of run.
 
     --one-generation, --initial-curves, --initial-radius and --radius-decay are never used. A fit that keeps the paths
     of the drawing uses --lr-scale, but no other learning rate and no weight of the loss.

@@ -22,6 +22,10 @@ from warpvec.geometry.paints.registry import FLAT, kind_of
 from warpvec.geometry.scene import Scene
 from warpvec.image.oklab import to_oklab
 
+HUE_GAP = np.pi / 4.0
+"""Largest difference in hue of a colour and its name: eight hues go around the circle, from red to purple. Without it a
+dark brown is nearest to "darkslategray", as dark colours have little chroma."""
+
 
 def layered(scene: Scene, height: int, width: int, *, joins_shades: bool = True) -> tuple[Scene, dict[int, str]]:
     """Return ``scene`` with its paths in layers of one colour each, which are its generations, and the layers' names.
@@ -60,7 +64,8 @@ def _layer_name(scene: Scene, paints: list[str], layer: list[int]) -> str:
 def color_name(color: Floats) -> str:
     """Return the CSS name of the colour that looks most like ``color`` [3] in [0, 1], and its code: "red #e4002b".
 
-    Names tell hue and vividness, so that lightness counts for less than in OKLab. A grey has the name of a grey.
+    Names tell hue and vividness, so that lightness counts for less than in OKLab. A grey has the name of a grey, and
+    another colour that of one within ``HUE_GAP``.
     """
     names, places = _css_colors()
     place = to_oklab(color[None])
@@ -68,7 +73,8 @@ def color_name(color: Floats) -> str:
     apart = np.square((places - place) * [DRAWING.shade_lightness, 1.0, 1.0]).sum(1)
     apart += (DRAWING.name_vividness**2 - 1.0) * np.square(chroma - own)
     is_gray = chroma < DRAWING.gray_chroma
-    fits = is_gray if own < DRAWING.gray_chroma else ~is_gray
+    along = places[:, 1:] @ place[0, 1:]
+    fits = is_gray if own < DRAWING.gray_chroma else ~is_gray & (along >= np.cos(HUE_GAP) * chroma * own)
     nearest = int(np.where(fits, apart, np.inf).argmin())
     code = bytes(np.rint(255.0 * color.clip(0.0, 1.0)).astype(np.uint8)).hex()
     return f"{names[nearest]} #{code}"
