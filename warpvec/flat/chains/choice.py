@@ -265,7 +265,10 @@ def _moments(chain: Chain, first: Integers, last: Integers) -> _Moments:
     q = x * x + y * y
     terms = np.stack([np.ones(len(x)), x, y, x * x, x * y, y * y, q, q * x, q * y, q * q])
     sums = np.concatenate([np.zeros((10, 1)), np.cumsum(terms * chain.lengths * chain.weights, 1)], 1)
-    return _Moments(sums.take(last, 1) - sums.take(first, 1), center)
+    found = sums.take(last, 1) - sums.take(first, 1)
+    # What has no weight has no nearest curve.
+    found[0] = np.where(found[0] > 0.0, found[0], np.nan)
+    return _Moments(found, center)
 
 
 def _lines(offers: _Offers, moments: _Moments, most: Floats) -> None:

@@ -19,6 +19,7 @@ class ThinLine(NamedTuple):
         is_level: whether x and y are exchanged.
         ink: its ink in a row, summed up [3], in levels.
         is_crisp: whether it fills whole pixels, and none beside them.
+        crossed: the share of its rows in which there is other ink, too.
     """
 
     start: float
@@ -28,6 +29,7 @@ class ThinLine(NamedTuple):
     is_level: bool
     ink: Floats
     is_crisp: bool = False
+    crossed: float = 0.0
 
     @property
     def ends(self) -> Floats:
@@ -174,6 +176,7 @@ def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
         return None
     line = _ended(start, slope, profile, rows, clean, np.minimum(share, own), is_level)
     plain = clean[part.at(part.is_even, start, slope)[clean]]
+    line = line._replace(crossed=1.0 - len(clean) / len(rows))
     return _with_look(line, part, profile, clean, plain)
 
 
