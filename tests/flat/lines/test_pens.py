@@ -20,7 +20,13 @@ PASTEL = """<g stroke-width="4"><path stroke="#f7c6d0" d="M10 20C60 0 60 60 118 
 <path stroke="#c6e2f7" d="M10 60H118"/><path stroke="#d6f0c6" d="M10 90L118 110"/></g>"""
 
 
-@pytest.mark.parametrize(("shapes", "count"), [(METRO, 4), (CHEMISTRY, 6), (PASTEL, 3)])
+# Their colours are less than 0.08 apart in OKLab.
+NEAR_PASTEL = """<g stroke-width="3"><path stroke="#ffc9de" d="M10 20C60 0 60 60 118 30"/>
+<path stroke="#e2d1f9" d="M10 50L118 60"/><path stroke="#d3f5d0" d="M10 80H118"/>
+<path stroke="#fff0b8" d="M10 100L118 110"/></g>"""
+
+
+@pytest.mark.parametrize(("shapes", "count"), [(METRO, 4), (CHEMISTRY, 6), (PASTEL, 3), (NEAR_PASTEL, 4)])
 def test_lines_keep_their_colours_and_are_one_stroke_each(shapes: str, count: int) -> None:
     scene = warpvec.vectorize(picture(shapes), mode="lines").scene
     assert len(scene) <= 1.3 * count
@@ -38,6 +44,12 @@ def test_the_nearest_colours_share_a_pen_if_there_are_fewer() -> None:
     assert len(scene) == 4 and len(found) == 3
     # The light blue line is drawn by the blue or the yellow pen, which are longer; red stays.
     assert any(red > 200 and green < 30 for red, green, _ in found)
+
+
+def test_a_thin_frame_stays_closed_where_a_line_of_another_pen_touches_it() -> None:
+    shapes = '<path stroke="#345" d="M20 30H100V90H20Z"/><path stroke="#c33" d="M60 90V118M60 30V10"/>'
+    scene = warpvec.vectorize(picture(f'<g stroke-width="2">{shapes}</g>'), mode="lines").scene
+    assert len(scene) == 3
 
 
 def test_pens_come_in_painting_order() -> None:

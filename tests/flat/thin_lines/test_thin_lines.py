@@ -75,6 +75,27 @@ def test_lines_that_meet_a_frame_at_an_acute_angle_end_on_it() -> None:
     assert _off(_ends(found), given).max() < 4.0  # a pixel across the frame is four along a line
 
 
+def test_diagonal_lines_do_not_stick_out_of_their_frame() -> None:
+    """Where the ink of the frame stands beside a line that has ended, the line does not go on."""
+    ends = [[[40.3 + k, 10.0], [140.0, 109.7 - k]] for k in range(0, 80, 9)]
+    frame = '<path d="M20 10h120v100h-120z" fill="none" stroke="#123" stroke-width="2"/>'
+    found = find_thin_lines(_picture(_elements(np.array(ends), 1.2, "#123") + frame), 512)
+    assert found is not None
+    least, most = _ends(found).min((0, 1)), _ends(found).max((0, 1))
+    assert (least > [18.4, 8.4]).all() and (most < [141.6, 111.6]).all()
+
+
+def test_an_axis_below_bars_is_one_line_and_a_frame_is_none() -> None:
+    """Between the bars, an axis between two rows of pixels looks like pieces of a grey line of two pixels."""
+    bars = "".join(f'<path d="M{x} 100V40l12 -6l1 66z" fill="#48b" stroke="#000"/>' for x in range(20, 130, 20))
+    axes = np.array([[[10.0, 100.0], [150.0, 100.0]], [[10.0, 10.0], [10.0, 100.0]]])
+    found = find_thin_lines(_picture(_elements(axes, 1.0, "#000") + bars), 512)
+    assert found is not None
+    assert _off(_ends(found), axes).max() < 0.6
+    frame = '<path d="M10 10h140v100h-140z" fill="none" stroke="#000"/>'
+    assert find_thin_lines(_picture(frame), 512) is None
+
+
 def test_the_lines_of_a_grid_go_through_crossings() -> None:
     columns = np.array([[[20.3 + 8.0 * k, 12.0], [20.3 + 8.0 * k, 108.0]] for k in range(15)])
     rows = np.array([[[20.3, 12.0 + 8.0 * k], [132.3, 12.0 + 8.0 * k]] for k in range(13)])

@@ -75,20 +75,44 @@ def _colors(pixels: Floats, paper: Floats, strength: Floats) -> Floats:
     """Return the colours of pens [K, 3]: those in the middle of lines, most frequent first."""
     is_middle = (strength > LINES.ink_distance) & (strength >= 0.98 * ndimage.maximum_filter(strength, 5))
     flat, is_even = pixels[is_middle], _is_even(pixels)[is_middle]
+    shades = _shades(flat)
     found: list[Floats] = []
+    is_surface: list[bool] = []
     left = np.ones(len(flat), bool)
     while left.sum() >= max(LINES.pen_pixels, LINES.pen_share * len(flat)):
         keys = _keys(flat)
         often = left & (keys == np.bincount(keys[left]).argmax())
         color = np.median(flat[often], 0)
-        near = left & (np.linalg.norm(to_oklab(flat) - to_oklab(color[None]), axis=1) <= LINES.pen_distance)
-        if (near.sum() >= LINES.pen_pixels and (is_even[near].mean() >= LINES.even_share or len(found) < 1)) or (
-            near.sum() >= LINES.pen_pixels and not _is_thinner(color, paper, found)
-        ):
+        near = left & (_away(flat, color) <= shades)
+        is_own = not found or bool(is_even[near].mean() >= LINES.even_share)
+        if near.sum() >= LINES.pen_pixels and (is_own or not _is_thinner(color, paper, found, shades)):
+            is_surface.append(is_own)
             found.append(color)
         left &= ~(near | often)
     # What is found before a stronger colour may still be its thin lines.
-    return np.array(found).reshape(-1, 3)
+    kept = [
+        color
+        for k, (color, is_own) in enumerate(zip(found, is_surface, strict=True))
+        if is_own or not _is_thinner(color, paper, found[k + 1 :], LINES.ink_distance / 2.0)
+    ]
+    return np.array(kept).reshape(-1, 3)
+
+
+def _shades(middles: Floats) -> float:
+    """Return the distance in OKLab within which colours are of one pen, by the middles [n, 3] of lines.
+
+    In a clean picture nearly all of them have the exact colour of a pen. There, pens differ if one sees it: pastels are
+    near to each other.
+    """
+    _, counts = np.unique(np.rint(255.0 * middles), axis=0, return_counts=True)
+    exact = int(np.sort(counts)[-LINES.pens_max :].sum())
+    is_clean = exact >= (1.0 - LINES.misfit_share / 2.0) * len(middles)
+    return LINES.ink_distance / 2.0 if is_clean else LINES.pen_distance
+
+
+def _away(colors: Floats, color: Floats) -> Floats:
+    """Return the distance in OKLab of ``colors`` [n, 3] from a ``color`` [3]."""
+    return np.asarray(np.linalg.norm(to_oklab(colors) - to_oklab(color[None]), axis=1))
 
 
 def _is_even(pixels: Floats) -> Mask:
@@ -98,12 +122,16 @@ def _is_even(pixels: Floats) -> Mask:
     return found
 
 
-def _is_thinner(color: Floats, paper: Floats, others: list[Floats]) -> bool:
-    """Return whether ``color`` is that of a line of another pen thinner than a pixel: a mixture with ``paper``."""
+def _is_thinner(color: Floats, paper: Floats, others: list[Floats], shades: float) -> bool:
+    """Return whether ``color`` is that of a line of another pen thinner than a pixel: a mixture with ``paper``.
+
+    The colours of a pen differ by as much as ``shades``, in OKLab.
+    """
+    misfit = LINES.pen_misfit * shades / LINES.pen_distance
     for other in others:
         step = other - paper
         share = float((color - paper) @ step / max(float(step @ step), 1e-9))
-        if 0.0 < share <= 1.0 and np.abs(paper + share * step - color).max() <= LINES.pen_misfit:
+        if 0.0 < share <= 1.0 and np.abs(paper + share * step - color).max() <= misfit:
             return True
     return False
 
@@ -152,7 +180,8 @@ def _below_others(k: int, own: list[Floats]) -> Floats:
     # Gaps of lines that cross at 30 degrees are twice as wide.
     reach = int(np.ceil(2.0 * np.quantile(middles, 0.9))) + 1
     rows, columns = np.indices((2 * reach + 1, 2 * reach + 1)) - reach
-    disk = np.hypot(rows, columns) <= reach
+    # A disc with a tip of one pixel would reach into the gap of a line of two.
+    disk = np.hypot(rows, columns) <= reach + 0.5
     closed = ndimage.grey_closing(np.pad(own[k], reach + 1), footprint=disk)[
         reach + 1 : -reach - 1, reach + 1 : -reach - 1
     ]
@@ -178,7 +207,7 @@ def with_pens_of(lines: list[DrawnLine], apart: list[DrawnLine]) -> list[DrawnLi
         return apart
     colors = {line.color: line.color for line in apart}
     for color in colors:
-        away = np.linalg.norm(to_oklab(np.array(pens)) - to_oklab(np.array([color])), axis=1)
+        away = _away(np.array(pens), np.array(color))
         is_same = away.min() <= LINES.pen_distance or (not any(map(any, pens)) and _is_black(np.array(color)))
         colors[color] = pens[int(away.argmin())] if is_same else color
     return [replace(line, color=colors[line.color]) for line in apart]

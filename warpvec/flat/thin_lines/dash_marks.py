@@ -15,18 +15,6 @@ from warpvec.geometry.strokes import BUTT
 _FINE = 4
 """Parts of a pixel's side by which the ink of a dash in it is counted."""
 
-_LOOKED_AT = 16
-"""Dashes of a line that tell its look."""
-
-_NEIGHBOURS = 16
-"""Nearest marks among which the next dash is looked for."""
-
-_REACH = 3.0
-"""Largest distance of the middles of two dashes in lengths of a dash."""
-
-_TURN = math.cos(math.radians(30.0))
-"""Cosine of the largest angle between a dash and the way to the next one."""
-
 
 class Mark(NamedTuple):
     """A part of ink that may be a dash.

@@ -16,38 +16,11 @@ from warpvec.flat.thin_lines.dash_marks import Mark
 EDGE = 0.25
 """Renderers place an edge to a quarter of a pixel."""
 
-_FINE = 4
-"""Parts of a pixel's side by which the ink of a dash in it is counted."""
-
-_LOOKED_AT = 16
-"""Dashes of a line that tell its look."""
-
 _NEIGHBOURS = 16
 """Nearest marks among which the next dash is looked for."""
 
 _REACH = 3.0
 """Largest distance of the middles of two dashes in lengths of a dash."""
-
-_TURN = math.cos(math.radians(30.0))
-"""Cosine of the largest angle between a dash and the way to the next one."""
-
-
-_NEIGHBOURS = 16
-"""Nearest marks among which the next dash is looked for."""
-
-_REACH = 3.0
-"""Largest distance of the middles of two dashes in lengths of a dash."""
-
-_TURN = math.cos(math.radians(30.0))
-"""Cosine of the largest angle between a dash and the way to the next one."""
-
-
-_REACH = 3.0
-"""Largest distance of the middles of two dashes in lengths of a dash."""
-
-_TURN = math.cos(math.radians(30.0))
-"""Cosine of the largest angle between a dash and the way to the next one."""
-
 
 _TURN = math.cos(math.radians(30.0))
 """Cosine of the largest angle between a dash and the way to the next one."""

@@ -19,6 +19,7 @@ class ThinLine(NamedTuple):
         is_level: whether x and y are exchanged.
         ink: its ink in a row, summed up [3], in levels.
         is_crisp: whether it fills whole pixels, and none beside them.
+        crossed: the share of its rows in which there is other ink, too.
     """
 
     start: float
@@ -28,6 +29,7 @@ class ThinLine(NamedTuple):
     is_level: bool
     ink: Floats
     is_crisp: bool = False
+    crossed: float = 0.0
 
     @property
     def ends(self) -> Floats:
@@ -49,7 +51,8 @@ class ThinLine(NamedTuple):
 class _Profile(NamedTuple):
     """The ink along a line in rows [n]: summed up across it [n, 3], its middle, how much there is, its most.
 
-    ``beside`` is the least ink of a pixel on one side, and on the other side if there is more.
+    ``beside`` is the least ink of a pixel on one side, and on the other side if there is more; ``own`` is the ink of
+    the pixel in which the line is, times the pixels of the row that count.
     """
 
     total: Floats
@@ -57,6 +60,7 @@ class _Profile(NamedTuple):
     amount: Floats
     most: Floats
     beside: Floats
+    own: Floats
 
 
 class _Part(NamedTuple):
@@ -149,7 +153,10 @@ def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
         if size * np.sqrt(3.0) < THIN_LINES.contrast_min:
             return None
         share = profile.total @ look / size**2
-        is_there = hides | (share >= THIN_LINES.support_min) | (profile.amount >= np.abs(look).sum())
+        # Ink that only stands beside the line is that of a frame: the line's own pixel has an even share of its ink.
+        own = profile.own / np.abs(look).sum()
+        is_full = (share >= THIN_LINES.support_min) | (profile.amount >= np.abs(look).sum())
+        is_there = hides | (is_full & (own >= THIN_LINES.support_min))
         first, last = _run(is_there, int(clean[len(clean) // 2]))
         rows = np.arange(first, last + 1)
         off = np.linalg.norm(profile.total[rows] - look, axis=1)
@@ -167,8 +174,9 @@ def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
     is_on_paper = np.mean(profile.beside[clean] <= paper_max) >= 0.5
     if not is_on_paper or is_bent((clean + 0.5).astype(np.float64), bend[is_clean]):
         return None
-    line = _ended(start, slope, profile, rows, clean, share, is_level)
+    line = _ended(start, slope, profile, rows, clean, np.minimum(share, own), is_level)
     plain = clean[part.at(part.is_even, start, slope)[clean]]
+    line = line._replace(crossed=1.0 - len(clean) / len(rows))
     return _with_look(line, part, profile, clean, plain)
 
 
@@ -186,7 +194,9 @@ def profile_of(residual: Floats, ink: Floats, start: float, slope: float) -> _Pr
     amount = np.where(is_in, ink[y[:, None], columns.clip(0, width - 1)], 0.0)
     whole = amount.sum(1)
     middle = (amount * (columns + 0.5)).sum(1) / np.maximum(whole, 1e-9)
-    return _Profile(part.sum(1), middle, whole, amount.max(1), _beside(ink, np.floor(x).astype(np.int64)))
+    column = np.floor(x).astype(np.int64)
+    own = 2.0 * half * np.where((column >= 0) & (column < width), ink[y, column.clip(0, width - 1)], 0.0)
+    return _Profile(part.sum(1), middle, whole, amount.max(1), _beside(ink, column), own)
 
 
 def _beside(ink: Floats, column: Integers) -> Floats:

@@ -45,7 +45,8 @@ class _Look(NamedTuple):
 def equal_lines(lines: list[ThinLine], paper: Floats, inks: Floats) -> list[EqualLines]:
     """Return the ``lines`` that have equals on ``paper`` [3], by the colours ``inks`` [n, 3] of the picture.
 
-    There must be a few equal parallel lines; longer lines of the same look belong to them.
+    There must be a few equal parallel lines, or a long one that lies in other ink for a part, as an axis below bars
+    does. Longer lines of the same look belong to them.
     """
     looks = [_look(line.ink, line.slope, paper, inks) for line in lines]
     thin = [k for k in range(len(lines)) if looks[k].width <= THIN_LINES.width_max]
@@ -138,7 +139,12 @@ def _chosen(parts: list[list[ThinLine]]) -> list[list[ThinLine]]:
     def is_many(part: list[ThinLine]) -> bool:
         return len(part) >= THIN_LINES.equals_min and part[0].length >= THIN_LINES.seed_length
 
-    if not any(map(is_many, parts)):
+    def is_axis(line: ThinLine) -> bool:
+        # As long as the fewest lines that are many, one after the other.
+        is_long = line.length >= THIN_LINES.equals_min * THIN_LINES.seed_length
+        return is_long and line.crossed >= THIN_LINES.clean_share_min
+
+    if not any(is_many(part) or any(map(is_axis, part)) for part in parts):
         return []
     kept = [
         part if is_many(part) else [line for line in part if line.length >= THIN_LINES.seed_length] for part in parts
