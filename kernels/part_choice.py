@@ -63,8 +63,9 @@ def make_kernels() -> SimpleNamespace:
     """Return ``price_parts``, ``price_cubics`` and ``choose_parts``."""
     module = unit("part_choice")
     zero, half, one, two, three, four = (wp.constant(real(value)) for value in (0.0, 0.5, 1.0, 2.0, 3.0, 4.0))
-    least = wp.constant(real(0.0))  # a bound; sums that begin with the constant ``zero`` change it
+    least = wp.constant(real(0.0))  # a bound; a sum that begins with the constant ``zero`` is written over it
     tiny = wp.constant(real(1e-9))  # what is divided by is at least that
+    rounding = wp.constant(real(1e-12))  # share of running sums by which they may be off
     flat = wp.constant(real(1e-9))  # share of the squared spread of points below which they lie on a line
     whole_turn, quarter_turn = wp.constant(real(2.0 * wp.pi)), wp.constant(real(0.5 * wp.pi))
     same = wp.constant(real(1e-3))  # quarters of a turn that count as none
@@ -98,7 +99,8 @@ def make_kernels() -> SimpleNamespace:
         if found.square <= square_max and wp.length(chord) >= (one - rules.length_error) * length:
             angle = half * wp.atan2(b, difference)
             way = vec2(wp.cos(angle), wp.sin(angle))
-            if a + c <= tiny:  # one place has no direction
+            total = at.sums[last]
+            if a + c <= rounding * (one + total[3] + total[5]):  # one place has no direction
                 way = unit_of(chord, tiny)
             way = wp.where(wp.dot(way, chord) < least, -way, way)
             found.first_way = way

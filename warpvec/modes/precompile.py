@@ -16,7 +16,8 @@ from warpvec.fit.loop import fit
 from warpvec.fit.similarity import Similarity
 from warpvec.fit.target import Target
 from warpvec.fit.visibility import visible_areas
-from warpvec.flat.curves.cubic_fitting import fit_cubics
+from warpvec.flat.chains.chain import Chain
+from warpvec.flat.chains.choice import chosen_parts
 from warpvec.flat.simplification.local_error import errors_near
 from warpvec.geometry.cubics import to_cubics
 from warpvec.geometry.gradients import Gradients
@@ -65,8 +66,9 @@ def compile_kernels(device: str = "auto") -> float:
 
 
 def _fit_flat_art(target: Tensor) -> None:
-    """Fit a cubic, and two drawings exactly, one with a gradient, and look for their errors, as flat art does."""
-    fit_cubics(np.zeros((1, 2)), np.ones((1, 2)), np.full((1, 1, 2), 0.5), np.full((1, 1), 0.5))
+    """Choose parts, fit two drawings exactly, one with a gradient, and look for their errors, as flat art does."""
+    wave = np.array([[0.0, 0.0], [3.0, 9.0], [6.0, -9.0], [9.0, 0.0]])
+    chosen_parts(Chain.of(np.stack([wave, wave + wave[3]]), is_closed=False), 0.1, 1.0)
     config, flat = make_config(device="cpu"), _stroke()
     ramp = Gradients(torch.tensor([LINEAR], dtype=torch.int32), torch.tensor([[0.0, 0.0, 9.0, 9.0]]), torch.ones(1, 3))
     for scene in (flat, replace(flat, strokes=None, gradients=ramp)):

@@ -72,9 +72,7 @@ class Refine:
         condition = measured(request) if self.blur == "auto" else None
         request = with_blur(request, self.blur, condition)
         if self.iterations == 0:
-            from warpvec.polish.whole_drawing import drawing_as_read  # loads SciPy, which a photo does not need
-
-            found = drawing_as_read(start, self._encoding(request))
+            found = self._as_read(request, start)
         elif keeps:
             found = self._polished(request, start)
         elif self.blur != "0":
@@ -85,11 +83,16 @@ class Refine:
         encoding = request.encoding
         psnr = encoding.psnr_as_fitted if request.picture.blur else encoding.text_psnr
         given = psnr(read_text(self.data))
-        found = replace(found, start_psnr=given, condition=condition)
         is_asked = not only_adds(request.settings, start, request.goal) or self._must_change(request)
         if is_asked or self.iterations == 0 or given < found.psnr_as_fitted:
-            return found
-        return replace(found, given=read_text(self.data))
+            return replace(found, start_psnr=given, condition=condition)
+        kept = found if keeps else self._as_read(request, start)  # other kinds of files are made of its scene
+        return replace(kept, start_psnr=given, condition=condition, given=read_text(self.data))
+
+    def _as_read(self, request: Request, start: Scene) -> Drawing:
+        from warpvec.polish.whole_drawing import drawing_as_read  # loads SciPy, which a photo does not need
+
+        return drawing_as_read(start, self._encoding(request))
 
     def _encoding(self, request: Request) -> Encoding:
         return encoding_like(self.drawing, self.data, request.encoding)

@@ -97,9 +97,14 @@ _ROW_ARRAYS = {"slopes": vec9, "values": wp.int32}
 
 
 def on_host(array: NDArray[Any], dtype: Any = None, *, whole: bool = False) -> Any:
-    """Return an argument of a kernel over the memory of an array, or over a copy if that is not contiguous.
+    """Return an argument of a kernel over the memory of a contiguous array.
 
     Its elements are vectors if ``dtype`` says so. Structures take a ``whole`` Warp array; see `as_warp`.
     """
-    plain = torch.from_numpy(np.ascontiguousarray(array))
-    return as_warp(plain, dtype or wp.dtype_from_numpy(array.dtype), whole=whole)
+    assert array.flags.c_contiguous, "a kernel would write to a copy"
+    return as_warp(torch.from_numpy(array), dtype or wp.dtype_from_numpy(array.dtype), whole=whole)
+
+
+def vectors_on_host(array: NDArray[Any], *, whole: bool = False) -> Any:
+    """Return plane vectors [..., 2] as an argument of a kernel, over their memory if they are contiguous float64."""
+    return on_host(np.ascontiguousarray(array, np.float64), wp.vec2d, whole=whole)

@@ -86,7 +86,8 @@ def _limit_resources(**values: int) -> None:
         return
     for name, value in values.items():
         with suppress(AttributeError, ValueError, OSError):  # macOS does not have all of them
-            resource.setrlimit(getattr(resource, name), (value, value))
+            # A process that reaches the second limit is killed without a word, at the first one with a signal for it.
+            resource.setrlimit(getattr(resource, name), (value, value + (name == "RLIMIT_CPU")))
 
 
 def _limit_files(count: int, size: int) -> None:

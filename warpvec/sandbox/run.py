@@ -15,6 +15,7 @@ import os
 import signal
 import subprocess
 import sys
+from importlib.util import find_spec
 from typing import Any
 
 from warpvec.errors import InputError
@@ -25,15 +26,16 @@ MAX_SECONDS = 15.0
 """Time of the processor that a child process may take; the largest drawings of editors take some seconds, and so does
 the largest canvas."""
 
-PATIENCE = 8.0
-"""Time limit of the clock, as a multiple: a drawing of 4 s took more than 15 s beside fifteen other processes."""
+PATIENCE = 8.0 if find_spec("resource") else 1.0
+"""Time limit of the clock, as a multiple: a drawing of 4 s took more than 15 s beside fifteen other processes. On
+Windows the processor's time has no limit, and the clock is all there is."""
 
 MAX_MEMORY = 2**31
 """Address space of a child process in bytes, where the system can limit it: for resvg four canvases of the largest
 size, which are enough for a drawing with one layer (3.6 canvases), and for two (8.5) up to 60 megapixels."""
 
-_ENDED_BY_SYSTEM = {-number for name in ("SIGXCPU", "SIGKILL") if (number := getattr(signal, name, None))}
-"""Return codes of a process that has used up its time: the first signal is that of POSIX, Linux sends the second."""
+_TIME_IS_UP = -getattr(signal, "SIGXCPU", 0) or None
+"""Return code of a process that has used up its time of the processor; None where there is no such limit."""
 
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Threads of libraries that reserve memory for each."""
@@ -76,16 +78,12 @@ def run_in_sandbox(work: str, data: bytes | bytearray | memoryview, files: int =
             env={**os.environ, **_ONE_THREAD},
         )
     except subprocess.TimeoutExpired:
-        raise _too_long() from None
+        raise SandboxError(f"not done in {PATIENCE * MAX_SECONDS:g} s") from None
     if done.returncode == 0:
         return done.stdout
-    if done.returncode in _ENDED_BY_SYSTEM:
-        raise _too_long()
+    if done.returncode == _TIME_IS_UP:
+        raise SandboxError(f"not done in {MAX_SECONDS:g} s")
     raise _error(done)
-
-
-def _too_long() -> SandboxError:
-    return SandboxError(f"not done in {MAX_SECONDS:g} s")
 
 
 def _error(done: subprocess.CompletedProcess[bytes]) -> Exception:

@@ -9,10 +9,12 @@ import pytest
 from shapely import LineString, Point, unary_union
 from shapely.geometry.polygon import orient
 
+from warpvec.flat.constants.lines import LINES
 from warpvec.flat.price import ARC, LINE
+from warpvec.flat.simplification.outline_samples import cubic_points
 from warpvec.flat.strokes.center_lines import _miter_tips, center_lines
 from warpvec.flat.strokes.inner_disks import Boundary, boundary_of, inner_disks, stroke_width
-from warpvec.flat.strokes.line_fitting import Line, Rows, cost_of, fit_line
+from warpvec.flat.strokes.line_fitting import Line, Rows, cost_of, curves_of, fit_line
 
 
 def test_a_corner_between_handles_of_no_length_has_no_tip() -> None:
@@ -120,9 +122,18 @@ def arc(center: tuple[float, float], first: float, last: float, radius: float = 
 def test_arcs_that_turn_back_meet_in_their_tip() -> None:
     """A brace: the lines beside its tip seem to meet before it."""
     brace = [(80.0, 20.0), *arc((60, 80), 0, 90), *arc((60, 120), -90, 0)[1:], (80.0, 180.0)]
-    rows = fit_line(Line(np.array(brace), False), 20.0, 0.35)
+    rows = fit_line(Line(np.array(brace), False), 20.0, 0.2)
     assert np.linalg.norm(rows.control[:, 0] - [60, 100], axis=1).min() < 1.0
     assert cost_of(rows) == 2 * LINE + 2 * ARC
+
+
+@pytest.mark.parametrize(("radius", "degrees"), [(3.0, 90.0), (3.0, 120.0), (8.0, 60.0), (8.0, 350.0)])
+def test_small_arcs_are_no_lines(radius: float, degrees: float) -> None:
+    angles = np.radians(np.linspace(0.0, degrees, 60))
+    points = 20.0 + radius * np.stack([np.cos(angles), np.sin(angles)], 1)
+    rows = fit_line(Line(points, False), 2.0, LINES.spread)
+    near = cubic_points(curves_of(rows), np.linspace(0.0, 1.0, 50)).reshape(-1, 2)
+    assert np.abs(np.linalg.norm(near - 20.0, axis=1) - radius).max() < 5.0 * LINES.spread
 
 
 def test_a_line_ends_at_a_round_corner_of_another() -> None:

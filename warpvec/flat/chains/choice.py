@@ -10,7 +10,6 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
-import warp as wp
 
 from warpvec.arrays import Floats, Integers, counted
 from warpvec.flat import price
@@ -18,7 +17,7 @@ from warpvec.flat.chains.chain import CURVE_POINTS_MIN, Chain, angle_between
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
 from warpvec.flat.curves.cubic_fitting import fit_cubics
 from warpvec.kernels.part_choice import SUM_COUNT, Points, Rules, sums10
-from warpvec.polish.machine import machine_of_thread, on_host
+from warpvec.polish.machine import machine_of_thread, on_host, vectors_on_host
 
 NUMBERS = (price.LINE, price.ARC, price.CUBIC)
 """Numbers of the parts of each kind."""
@@ -160,7 +159,7 @@ class _Search:
         They have ``handles`` and unit directions ``ways`` [R, 2, 2], and sums of squared distances ``squares`` [R].
         """
         numbers = np.stack([pairs, self._first[pairs], self._last[pairs]], 1).astype(np.int32)
-        self._run("price_cubics", [on_host(numbers), on_host(squares), on_host(ways, wp.vec2d), on_host(self.prices)])
+        self._run("price_cubics", [on_host(numbers), on_host(squares), vectors_on_host(ways), on_host(self.prices)])
         self._cubics = dict(zip(pairs.tolist(), zip(handles, ways, strict=True), strict=True))
 
     def cheapest(self) -> list[Part]:
@@ -169,7 +168,7 @@ class _Search:
         costs, before, count = np.empty((2, size)), np.empty((2, 2, size), np.int32), np.zeros(1, np.int32)
         numbers, ways, bulges = np.empty((size, 4), np.int32), np.zeros((size, 2, 2)), np.zeros(size)
         arrays = [on_host(each) for each in (self.prices, costs, *before, count, numbers, bulges)]
-        self._run("choose_parts", [*arrays, on_host(ways, wp.vec2d)])
+        self._run("choose_parts", [*arrays, vectors_on_host(ways)])
         chosen = zip(numbers.tolist(), ways, bulges.tolist(), strict=True)
         return [self._part(*each) for each in islice(chosen, int(count[0]))][::-1]
 
@@ -193,7 +192,7 @@ def _points_of(chain: Chain, first: Integers) -> Any:
     sums = np.zeros((len(chain.points), SUM_COUNT))
     np.cumsum(terms * (chain.lengths * chain.weights)[:, None], 0, out=sums[1:])
     begins = np.searchsorted(first, np.arange(len(sums))).astype(np.int32)
-    points.place, points.along = (on_host(each, wp.vec2d, whole=True) for each in (chain.points - center, chain.along))
+    points.place, points.along = (vectors_on_host(each, whole=True) for each in (chain.points - center, chain.along))
     points.sums = on_host(sums, sums10, whole=True)
     rest = chain.is_corner.astype(np.int32), chain.reached, begins
     points.is_corner, points.reached, points.begins = (on_host(each, whole=True) for each in rest)

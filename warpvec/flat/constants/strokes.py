@@ -113,16 +113,16 @@ class StrokeConstants:
     """Where a cap is looked at: so many half widths to both sides of the line, and a fifth of one before its end. There
     is a square corner, and no round cap."""
 
-    # Pieces (strokes/line_fitting.py)
+    # Lines (strokes/line_fitting.py)
 
     step: float = 1.0
     """Distance of the points of a centre line in pixels."""
 
     nodes_max: int = 48
-    """Most places of a line at which a piece may end, besides corners."""
+    """Most nodes of the cubics by which a line is drawn first, besides corners."""
 
     node_gap: float = 3.0
-    """Least distance of these places in pixels."""
+    """Least distance of these nodes in pixels."""
 
     corner_degrees: float = 25.0
     """A centre line has a corner where its direction changes by more within a short part."""
@@ -133,11 +133,10 @@ class StrokeConstants:
     corner_span: float = 0.45
     """Half of the length of that part in widths. Bends of a stroke with a corner look round over half a width."""
 
-    tolerance: float = 0.35
-    tolerance_share: float = 0.018
-    """Largest distance in pixels between a centre line and its pieces before they are fitted to the picture, and the
-    same in widths. In an icon of 128 px, pieces farther away lose round corners, and no fit finds them again. With
-    0.014, small round corners become two corners."""
+    spread: float = 0.23
+    spread_share: float = 0.012
+    """Deviation of the places of a centre line in pixels before it is fitted to the picture, and the same in widths. Of
+    28 icons of lucide at 512 px, three more lose lines with half of it, and two with one and a half times as much."""
 
     again_shares: tuple[float, ...] = (1.2, 1.2, 0.4)
     """Deviation of places by which lines are said again once they are fitted to the picture, in shares of the detail:
@@ -162,16 +161,6 @@ class StrokeConstants:
 
     round_share: float = 0.3
     """Largest share of a curve that such a cubic takes."""
-
-    line_cost: float = 2.0
-    """Cost of a line, as the numbers that a file needs for it."""
-
-    cubic_cost: float = 6.0
-    """Cost of a cubic, as the numbers that a file needs for it."""
-
-    spread_share: float = 0.66
-    """Deviation of the places of a centre line in tolerances. Of 28 icons of lucide at 512 px, three more lose lines
-    with 0.33, and two with 1."""
 
     # Acceptance (strokes/recognition.py)
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import warp as wp
 
 from warpvec.arrays import Floats
 from warpvec.flat.constants.curves import CURVES
-from warpvec.polish.machine import machine_of_thread, on_host
+from warpvec.polish.machine import machine_of_thread, on_host, vectors_on_host
 
 
 class Cubics(NamedTuple):
@@ -51,10 +50,10 @@ def _fitted(
     handles, squares = np.empty((rows, 2, 2)), np.empty((rows, 2))
     if rows:
         ways = np.zeros((1, 2, 2)) if directions is None else directions
-        vectors = [on_host(each, wp.vec2d) for each in (start, end, points, ways)]
+        vectors = [vectors_on_host(each) for each in (start, end, points, ways)]
         numbers = [int(directions is not None), *plan, CURVES.thirds_weight]
         places = np.array(parameters, np.float64, order="C")
-        outputs = [on_host(places), on_host(handles, wp.vec2d), on_host(squares)]
+        outputs = [on_host(places), vectors_on_host(handles), on_host(squares)]
         machine_of_thread().run("fit_rows", [rows, count, *vectors, *numbers, *outputs])
     # What is no number is as far as that: the largest of the squares would not tell.
     largest = np.where(np.isnan(squares[:, 1]), np.nan, squares[:, 0])

@@ -79,9 +79,7 @@ def _lines_of(ink: Ink) -> tuple[list[DrawnLine], WideAreas]:
     width = usual_width(boundary, disks.radii)
     dots, grid = find_dots(filled_grid(ink.control, ink.loop, width), width)
     wide = find_wide_areas(grid, width)
-    dots += [
-        DrawnLine(fit_line(line, width, LINES.outline_tolerance, LINES.nodes_max), width) for line in wide.outlines
-    ]
+    dots += [DrawnLine(fit_line(line, width, LINES.outline_spread, LINES.nodes_max), width) for line in wide.outlines]
     found = find_branches(wide.rest, boundary, disks)
     if not found.kept:
         return dots, wide
@@ -107,7 +105,7 @@ def usual_width(boundary: Boundary, radii: Floats) -> float:
 
 def _fitted_line(line: Line, tree: cKDTree, cap: int) -> DrawnLine:
     width = 2.0 * float(np.median(tree.query(line.points)[0]))
-    return DrawnLine(fit_line(line, width, LINES.tolerance, LINES.nodes_max), width, cap)
+    return DrawnLine(fit_line(line, width, LINES.spread, LINES.nodes_max), width, cap)
 
 
 def _fitted(lines: list[DrawnLine], paper: Floats, settings: FitConfig, watch: Watch) -> list[DrawnLine]:

@@ -30,13 +30,12 @@ _SPLIT = 0.25
 _SAMPLES = 4
 """Points of each piece of a spline that the fit gets."""
 
-
-_TOLERANCE = 0.12
-"""Largest distance in pixels of a curve from its spline: that of a slope of one pixel in two is 0.1 from its line. With
-0.2, dashes and plus signs of a bitmap font become lenses."""
+_SPREAD = 0.024
+"""Deviation of the places of a spline in pixels. Curves are off by five deviations at most: the spline of a slope of
+one pixel in two is 0.1 from its line."""
 
 _FITTED_MIN, _FITTED_MAX = 16, 96
-"""Fewest and most nodes that may be chosen, and points that a piece is compared to."""
+"""Fewest and most nodes of the cubics by which a spline is drawn first."""
 
 
 class _Side(NamedTuple):
@@ -153,8 +152,8 @@ class _Chains:
             self._known[end, start] = _Side(len(self._rows), number, False)
         points = MONO.staircase_scale * self._spline(chain, is_closed)
         count = min(max(2 * len(chain), _FITTED_MIN), _FITTED_MAX)  # a feature of a pixel must not be passed over
-        tolerance = MONO.staircase_scale * _TOLERANCE
-        rows = fit_line(Line(points, is_closed), MONO.staircase_scale, tolerance, count)
+        spread = MONO.staircase_scale * _SPREAD
+        rows = fit_line(Line(points, is_closed), MONO.staircase_scale, spread, count)
         curves = curves_of(rows) / MONO.staircase_scale
         self._rows.append((curves, rows.is_line[: len(curves)], len(keys)))
 

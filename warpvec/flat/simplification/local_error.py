@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import warp as wp
 
 from warpvec.arrays import Floats, Floats32, Integers
 from warpvec.flat.constants.simplification import SIMPLIFICATION
-from warpvec.polish.machine import machine_of_thread, on_host
+from warpvec.polish.machine import machine_of_thread, on_host, vectors_on_host
 
 
 def errors_near(control: Floats, error: Floats32) -> Floats:
@@ -18,8 +17,8 @@ def errors_near(control: Floats, error: Floats32) -> Floats:
     height, width = error.shape
     sums, seen = np.zeros(len(control)), np.full(height * width, -1, np.int32)
     bounds = [SIMPLIFICATION.error_spacing, int(SIMPLIFICATION.error_points_max)]
-    curves = on_host(control.astype(np.float64, copy=False), wp.vec2d)
-    arrays = [curves, on_host(error.astype(np.float32, copy=False)), on_host(seen), on_host(sums)]
+    curves = vectors_on_host(control)
+    arrays = [curves, on_host(np.ascontiguousarray(error, np.float32)), on_host(seen), on_host(sums)]
     machine_of_thread().run("add_near_errors", [len(control), height, width, *bounds, *arrays])
     return sums
 

@@ -149,6 +149,6 @@ def _part(control: Floats, loop: Integers, areas: Floats, loops: list[int]) -> _
     if found is None or not found.lines:
         return _Part(loops, [])
     length = sum(float(np.linalg.norm(np.diff(line.points, axis=0), axis=1).sum()) for line in found.lines)
-    tolerance = min(STROKES.tolerance, STROKES.tolerance_share * width)
-    rows = [fit_line(line, width, tolerance) for line in found.lines]
+    spread = min(STROKES.spread, STROKES.spread_share * width)
+    rows = [fit_line(line, width, spread) for line in found.lines]
     return _Part(loops, rows, width, found.cap, join_of(rows, boundary, width), length, found.cap_count)

@@ -1,4 +1,4 @@
-"""Fit a centre line, given as points, by few lines and cubics."""
+"""Fit a centre line, given as points, by few lines, arcs and cubics."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Rows(NamedTuple):
 
 
 class _Nodes(NamedTuple):
-    """Places where pieces may end: numbers of points [N], directions before and after [N, 2], and corners [N]."""
+    """Nodes along a line: numbers of points [N], directions before and after [N, 2], and which are corners [N]."""
 
     place: Integers
     before: Floats
@@ -51,11 +51,14 @@ class _Nodes(NamedTuple):
     is_corner: Mask
 
 
-def fit_line(line: Line, width: float, tolerance: float, nodes_max: int = STROKES.nodes_max) -> Rows:
+def fit_line(line: Line, width: float, spread: float, nodes_max: int = STROKES.nodes_max) -> Rows:
     """Return the cheapest rows near a ``line`` of a stroke of ``width`` pixels, as chains have them.
 
-    Places are off by up to ``tolerance`` pixels. The line is first drawn by cubics from corner to corner with at most
-    ``nodes_max`` other nodes.
+    Args:
+        line: the centre line.
+        width: of its stroke in pixels.
+        spread: standard deviation of its places in pixels.
+        nodes_max: most nodes beside corners of the cubics by which it is drawn first.
     """
     points = resampled(line)
     if len(points) < 3:
@@ -65,7 +68,7 @@ def fit_line(line: Line, width: float, tolerance: float, nodes_max: int = STROKE
         points = np.concatenate([np.roll(points, -start, axis=0), points[start : start + 1]])
     points, nodes = _find_nodes(points, width, line.is_closed, nodes_max)
     chain, nats = Chain.of(_short_curves(points, nodes), line.is_closed), number_nats(float(np.ptp(points, 0).max()))
-    return Rows(*said_rows({0: chain}, STROKES.spread_share * tolerance, nats)[0], not line.is_closed)
+    return Rows(*said_rows({0: chain}, spread, nats)[0], not line.is_closed)
 
 
 def curves_of(rows: Rows) -> Floats:
@@ -151,7 +154,7 @@ def _turns(points: Floats, width: float, is_closed: bool) -> Floats:
 
 
 def _find_nodes(points: Floats, width: float, is_closed: bool, nodes_max: int) -> tuple[Floats, _Nodes]:
-    """Return the points with exact corners, and the places where pieces may end."""
+    """Return the points with exact corners, and the nodes by which the line is drawn first."""
     count = len(points)
     span = max(round(STROKES.corner_span * width / STROKES.step), 2)
     turns = _turns(points[:-1], width, True) if is_closed else _turns(points, width, False)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from warpvec.arrays import Floats32, Integers, Mask
+from warpvec.arrays import Floats, Floats32, Integers, Mask, counted
 from warpvec.flat.constants.simplification import SIMPLIFICATION
 from warpvec.flat.constants.strokes import STROKES
-from warpvec.flat.price import number_nats
+from warpvec.flat.price import CUBIC, LINE, number_nats
 from warpvec.flat.simplification.critic import Critic
 from warpvec.flat.simplification.local_error import errors_near
-from warpvec.flat.simplification.outline_samples import OutlineSamples, segment_loops
+from warpvec.flat.simplification.outline_samples import OutlineSamples, cubic_points, segment_loops
 from warpvec.flat.strokes.attempts import Attempt, Match
 from warpvec.flat.strokes.candidates import stroke_candidates
 from warpvec.flat.strokes.stroke import Stroke, joined_strokes, read_back, set_apart, with_shared_looks, with_strokes
@@ -186,7 +186,7 @@ class _Judge:
             rise: by how much the squared error of each pixel rose [h, w].
             replaced: rows of each path, by its generation.
         """
-        points = [self.samples.points[rows].reshape(-1, 2) for rows in replaced.values()]
+        points = [_dense(self.samples.control[rows]) for rows in replaced.values()]
         owner, is_changed = np.repeat(np.arange(len(points)), [len(each) for each in points]), rise != 0.0
         nearest = owner[cKDTree(np.concatenate(points)).query(np.argwhere(is_changed)[:, ::-1] + 0.5)[1]]
         found = np.bincount(nearest, rise[is_changed], len(points)).tolist()
@@ -201,9 +201,16 @@ class _Judge:
                    if worth >= STROKES.worth_min), default=0.0)  # fmt: skip
 
 
+def _dense(control: Floats) -> Floats:
+    """Return points [D, 2] along segments [R, 4, 2], at most about a pixel apart."""
+    counts = np.ceil(np.linalg.norm(np.diff(control, axis=1), axis=2).sum(1)).astype(np.int64) + 1
+    row, number = np.repeat(np.arange(len(control)), counts), counted(counts)
+    return cubic_points(control[row], (number / counts[row])[:, None])[:, 0]
+
+
 def _fill_cost(scene: Scene, rows: Mask, loop: Integers) -> float:
     """Return the numbers that a file needs for the ``rows`` [R] of a scene."""
     is_line = scene.structure.lines.numpy()
     closing = np.append(loop[1:] != loop[:-1], True) & is_line
-    cost = np.where(is_line, STROKES.line_cost, STROKES.cubic_cost)
+    cost = np.where(is_line, LINE, CUBIC)
     return float(cost[rows & ~closing].sum())
