@@ -47,11 +47,12 @@ if TYPE_CHECKING:
 @quiet_option
 @click.pass_context
 def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> None:
-    """Turn every image in the folder IN_DIR into an SVG in the folder OUT_DIR; for Android, a VectorDrawable (.xml).
+    """Turn every image in the folder IN_DIR into an SVG in the folder OUT_DIR.
 
-    OUT_DIR/batch.csv and OUT_DIR/batch.jsonl get a line per image with the figures of its file, or the error. Images
-    that fail do not stop the others; the exit code is then 1. A batch that was stopped continues when it is started
-    again: images with a file of the same image and settings are skipped.
+    With --for android the files are VectorDrawables, NAME.xml. OUT_DIR/batch.csv and OUT_DIR/batch.jsonl get a line per
+    image with the figures of its file, or the error. Images that fail do not stop the others; the exit code is then 1.
+    A batch that was stopped continues when it is started again: images with a file of the same image and settings are
+    skipped.
 
     With --engine ray the folders must be visible to all machines, or be addresses such as s3://bucket/photos that
     fsspec can open. Names that begin with a dot are ignored.
