@@ -16,6 +16,7 @@ from warpvec.app.fitting import run_job
 from warpvec.app.messages import FitJob
 from warpvec.app.settings import FitSettings
 from warpvec.drawing.drawing import Drawing
+from warpvec.errors import InputError
 from warpvec.modes.flat import KnownOutlines
 from warpvec.modes.request import Request
 from warpvec.polish.erasing import erase, hole_of
@@ -122,6 +123,14 @@ def test_a_locked_shape_of_another_program_stays_with_its_fill_and_its_stroke() 
     assert text.count('cx="39" cy="39" r="4"') == 2
     _, paths = again(start=svg(BACKGROUND, square(9, 21, "#20c040")), locked=(0,))  # the canvas is no path
     assert paths == ["M9 9h21v21h-21z"]
+
+
+def test_a_locked_place_must_be_that_of_a_shape() -> None:
+    empty = '<path fill="none" d="M2 2h9v9z"/>'  # a shape that draws nothing counts
+    for text, count in ((svg(PAPER, TRUE), 2), (svg(PAPER, "<g transform='scale(1)'/>", TRUE, empty), 3)):
+        with pytest.raises(InputError, match=f"locked must be places below {count}"):
+            again(start=text, locked=(0, count))
+        assert again(start=text, locked=(0, count - 1))[1]
 
 
 def test_a_hole_is_filled_smoothly_from_its_border() -> None:

@@ -235,7 +235,8 @@ def test_folders_in_folders_keep_their_names(photos: Path, out: Path, engine: In
 def test_svgz_and_kept_suffixes(photos: Path, out: Path, engine: InProcess) -> None:
     _done(engine, photos, out, *QUICK, "--svgz", "--keep-suffix")
     assert sorted(path.name for path in out.glob("p*")) == [f"p{k}.png.svgz" for k in range(4)]
-    assert (out / "p0.png.svgz").read_bytes()[:2] == b"\x1f\x8b"
+    data = (out / "p0.png.svgz").read_bytes()
+    assert data[:2] == b"\x1f\x8b" and len(data) == _records(out)["p0.png"]["bytes"]
 
 
 # refusals
@@ -259,7 +260,15 @@ def test_file_options_reach_the_files(photos: Path, out: Path, engine: InProcess
     pytest.importorskip("pathops")
     _done(engine, photos, out, *QUICK, "--for", "word")
     assert (out / "p0.svg.png").read_bytes().startswith(b"\x89PNG")
-    _done(engine, photos, out, *QUICK, "--for", "android")
+
+
+def test_files_for_android_are_vector_drawables(photos: Path, out: Path, engine: InProcess) -> None:
+    pytest.importorskip("pathops")
+    for expected in ([f"p{k}.png" for k in range(4)], []):  # the second run skips all
+        assert _done(engine, photos, out, *QUICK, "--for", "android") == expected
+    assert sorted(path.name for path in out.glob("p*")) == [f"p{k}.xml" for k in range(4)]
+    for record in _records(out).values():
+        assert record["bytes"] == (out / record["output"]).stat().st_size
     assert (out / "p0.xml").read_text().startswith("<vector")
 
 
@@ -275,6 +284,7 @@ def test_file_options_reach_the_files(photos: Path, out: Path, engine: InProcess
         (["{photos}", "{out}", "--device", "abacus"], ["--device must be"]),
         (["{photos}", "{out}", "--background", "nocolor"], ["--background must be"]),
         (["{photos}", "{out}", "--ray-address", "auto"], ["--ray-address", "--engine ray"]),
+        (["{photos}", "{out}", "--svgz", "--for", "android"], ["--svgz must be for SVGs", "--for android"]),
     ],
 )
 def test_mistakes_are_one_line(photos: Path, out: Path, arguments: list[str], words: list[str]) -> None:

@@ -103,7 +103,7 @@ def test_photos_with_the_same_svg_fail_alone(work: Vectorize, tmp_path: Path) ->
     journal = Journal(work.target)
     assert remaining(jobs, work, journal, skip_existing=False) == jobs
     records = {record.input: record for record in run_batch(jobs, work, Failing("no"), journal, lambda *_: None)}
-    clash = "a.jpg must have an SVG of its own, got a.svg for a.jpg and a.png; rename one, or give --keep-suffix"
+    clash = "a.jpg must have a file of its own, got a.svg for a.jpg and a.png; rename one, or give --keep-suffix"
     assert (records["a.jpg"].error, records["a.jpg"].bytes) == (clash, None)
     assert (records["a.png"].error, records["a.png"].bytes) == (clash.replace("a.jpg", "a.png", 1), 9)
     assert records["b.png"].error == "no"

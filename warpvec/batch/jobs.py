@@ -1,4 +1,4 @@
-"""The jobs of a batch: find the photos in a folder, vectorize each into an SVG, and record the results."""
+"""The jobs of a batch: find the photos in a folder, vectorize each into a file, and record the results."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _REPORT_SECONDS = 0.5
 
 @dataclass(frozen=True)
 class PhotoJob:
-    """A photo and its SVG, by their names in the two folders."""
+    """A photo and its file, by their names in the two folders."""
 
     input: str
     output: str
@@ -45,8 +45,8 @@ class PhotoJob:
 def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool = False) -> list[PhotoJob]:
     """Return a job for each photo among ``names``.
 
-    The SVG has the name of the photo with ``suffix`` in place of its own suffix, or after it if ``keep_suffix``.
-    Photos that would have the same SVG get an error instead.
+    The file has the name of the photo with ``suffix`` in place of its own suffix, or after it if ``keep_suffix``.
+    Photos that would have the same file get an error instead.
 
     Raises:
         InputError: there are no photos.
@@ -63,11 +63,11 @@ def find_jobs(names: Iterable[str], suffix: str = ".svg", *, keep_suffix: bool =
 
 
 def _clash(job: PhotoJob, sources: Sequence[str]) -> str | None:
-    """Return the error of a job whose SVG would be that of several photos, ``sources``."""
+    """Return the error of a job whose file would be that of several photos, ``sources``."""
     if len(sources) == 1:
         return None
     value = f"{job.output} for {' and '.join(sources)}"
-    return str(InputError(job.input, "must have an SVG of its own", value, "rename one, or give --keep-suffix"))
+    return str(InputError(job.input, "must have a file of its own", value, "rename one, or give --keep-suffix"))
 
 
 def remaining(jobs: Sequence[PhotoJob], work: Vectorize, journal: Journal, *, skip_existing: bool) -> list[PhotoJob]:
@@ -112,7 +112,7 @@ def longest_first(jobs: Sequence[PhotoJob], source: Folder) -> list[PhotoJob]:
 
 @dataclass(frozen=True)
 class Vectorize:
-    """The work on a photo of the folder ``source``: fit and measure its SVG, and write it to ``target``."""
+    """The work on a photo of the folder ``source``: fit and measure its drawing, and write its file to ``target``."""
 
     source: Folder
     target: Folder
@@ -173,7 +173,8 @@ class Vectorize:
         return Record(
             input=job.input,
             output=job.output,
-            **{figure: metrics[figure] for figure in ("mode", "curves", "bytes", "ssim")},
+            **{figure: metrics[figure] for figure in ("mode", "curves", "ssim")},
+            bytes=len(made.data),
             psnr=metrics["psnr"] if math.isfinite(metrics["psnr"]) else None,
             seconds=round(time.perf_counter() - start, 3),
             losses="; ".join([*(f"not kept: {words}" for words in not_kept), *made.losses]),

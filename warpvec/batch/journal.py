@@ -44,8 +44,9 @@ class Record:
     Attributes:
         input, output: names in the two folders.
         mode: how the photo was vectorized: "photo", "flat" or "mono".
-        curves, bytes: size of the SVG text.
-        psnr, ssim: quality of the file as resvg draws it; psnr in dB, None if the drawing has no error.
+        curves: number of paths.
+        bytes: size of the file.
+        psnr, ssim: quality of the drawing's SVG as resvg draws it; psnr in dB, None if the drawing has no error.
         seconds: time from reading the photo until the file was written.
         losses: what of the photo the drawing could not keep, and what the file draws by other means, in words; None
             from earlier versions.

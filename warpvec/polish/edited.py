@@ -13,6 +13,7 @@ from torch import Tensor
 from warpvec.drawing.drawing import Drawing
 from warpvec.drawing.encoding import Encoding
 from warpvec.drawing.given import encoding_like, place_on_picture, precision_of, read_drawing
+from warpvec.errors import InputError
 from warpvec.fit.placement import colors_at
 from warpvec.geometry.circles import circle_points
 from warpvec.geometry.joints import with_lines
@@ -20,6 +21,7 @@ from warpvec.geometry.scene import Scene, over_white
 from warpvec.polish.erasing import hole_of
 from warpvec.polish.whole_drawing import polish_drawing
 from warpvec.svg.measure import file_facts
+from warpvec.svg.read import LoadedSvg
 from warpvec.watch.watch import Watch
 
 BY_HAND: dict[str, Any] = {"edited": True}
@@ -72,13 +74,12 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
         The drawing, and the mask [N] of the locked ones of its fitted paths.
 
     Raises:
-        InputError: the drawing cannot be read.
+        InputError: the drawing cannot be read, or has no shape at one of the locked places.
     """
     data, picture, settings = edited.text.encode(), usual.picture, usual.settings
     given = read_drawing(data)
     scene = with_lines(place_on_picture(given, picture))
-    sources = torch.arange(len(scene)) if given.sources is None else torch.tensor(given.sources)
-    locked = torch.isin(sources, torch.tensor(edited.locked, dtype=torch.int64))
+    locked = _locked(edited, given)
     if not picture.is_transparent:
         scene = over_white(scene)
     if edited.filled is not None:
@@ -92,6 +93,16 @@ def fit_again(edited: Edited, usual: Encoding, watch: Watch) -> tuple[Drawing, T
     encoding = replace(encoding, title=picture.title, metadata=encoding.metadata or BY_HAND)
     held = locked if bool(locked.any()) else None
     return polish_drawing(scene, encoding, watch, ITERATIONS, locked=held, exact=not edited.is_photo), locked
+
+
+def _locked(edited: Edited, given: LoadedSvg) -> Tensor:
+    """Return the mask [N] of the paths of the drawing, read as ``given``, that are of locked shapes."""
+    count = len(given.scene) if given.shape_count is None else given.shape_count
+    last = max(edited.locked, default=-1)
+    if last >= count:
+        raise InputError("locked", f"must be places below {count}, the number of shapes", str(last), "reload the page")
+    sources = torch.arange(len(given.scene)) if given.sources is None else torch.tensor(given.sources)
+    return torch.isin(sources, torch.tensor(edited.locked, dtype=torch.int64))
 
 
 def _filling(hole: NDArray[np.bool_], photo: NDArray[np.float32], count: int, scene: Scene) -> Scene:

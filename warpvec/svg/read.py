@@ -75,6 +75,7 @@ class LoadedSvg:
         minified: whether warpvec's own file has the form of `warpvec.svg.minify.write_minified`.
         sources: for each path the place of its shape in the file of another program, where a shape can be several
             paths or none; None in warpvec's own files, which have a shape for each path.
+        shape_count: number of shapes in the file of another program; None in warpvec's own files.
         closes_exactly: whether a file that keeps the form of this one closes its loops exactly. Only warpvec's own
             files of photos do not; they have nothing but loops of relative curves.
     """
@@ -89,6 +90,7 @@ class LoadedSvg:
     minified: bool = False
     closes_exactly: bool = True
     sources: tuple[int, ...] | None = None
+    shape_count: int | None = None
 
 
 def read_svg(source: bytes | str) -> LoadedSvg:
@@ -161,7 +163,8 @@ def _read_foreign(root: Element) -> LoadedSvg:
 
     reader = ForeignReader(root)
     scene = make_scene(reader.painter.outlines, reader.painter.background)
-    return LoadedSvg(scene, *reader.size, reader.omitted, sources=tuple(reader.sources))
+    sources = tuple(reader.sources)
+    return LoadedSvg(scene, *reader.size, reader.omitted, sources=sources, shape_count=reader.shape_count)
 
 
 def _expect(condition: bool) -> None:

@@ -1,4 +1,4 @@
-"""``warpvec batch``: turn a folder of images into a folder of SVGs."""
+"""``warpvec batch``: turn a folder of images into a folder of SVGs or VectorDrawables."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 @start_options
 @click.option("--recursive", is_flag=True, help="Include the images in folders of IN_DIR.")
 @click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Images at a time. [one per GPU, else per core]")
-@click.option("--skip-existing", is_flag=True, help="Skip every image that has an SVG of any settings.")
+@click.option("--skip-existing", is_flag=True, help="Skip every image that has a file of any settings.")
 @click.option(
     "--retry", "retries", type=click.IntRange(min=0), default=2, metavar="N",
     help="Further attempts at an image that fails or whose worker dies. [2]",
 )  # fmt: skip
 @click.option("--svgz", is_flag=True, help="Write gzipped SVGs.")
-@click.option("--keep-suffix", is_flag=True, help="Name SVGs photo.jpg.svg, not photo.svg.")
+@click.option("--keep-suffix", is_flag=True, help="Name files photo.jpg.svg, not photo.svg.")
 @click.option(
     "--engine", type=click.Choice(["local", "ray"]), default="local", help="Workers on this machine or on Ray. [local]"
 )
@@ -49,9 +49,10 @@ if TYPE_CHECKING:
 def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> None:
     """Turn every image in the folder IN_DIR into an SVG in the folder OUT_DIR.
 
-    OUT_DIR/batch.csv and OUT_DIR/batch.jsonl get a line per image with the figures of its file, or the error. Images
-    that fail do not stop the others; the exit code is then 1. A batch that was stopped continues when it is started
-    again: images with an SVG of the same image and settings are skipped.
+    With --for android the files are VectorDrawables, NAME.xml. OUT_DIR/batch.csv and OUT_DIR/batch.jsonl get a line per
+    image with the figures of its file, or the error. Images that fail do not stop the others; the exit code is then 1.
+    A batch that was stopped continues when it is started again: images with a file of the same image and settings are
+    skipped.
 
     With --engine ray the folders must be visible to all machines, or be addresses such as s3://bucket/photos that
     fsspec can open. Names that begin with a dot are ignored.
@@ -68,7 +69,7 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
         parse_color(background)
     folders = open_folder(source, "IN_DIR"), open_folder(target, "OUT_DIR")
     work = Vectorize(*folders, config, background, goal, file_options(options), OPTION_NAMES)
-    suffix = ".svgz" if options["svgz"] else PURPOSES[work.file_options.purpose].suffix
+    suffix = _suffix(work.file_options.purpose, is_gzipped=options["svgz"])
     jobs = find_jobs(work.source.names(options["recursive"]), suffix, keep_suffix=options["keep_suffix"])
     engine = _engine(config, options)
     write_config(options, config)
@@ -76,6 +77,20 @@ def batch(ctx: click.Context, /, source: str, target: str, **options: Any) -> No
     if options["as_json"] or not options["quiet"]:
         click.echo(json.dumps(tally.facts()) if options["as_json"] else f"{in_one_line(target)}: {tally.summary()}")
     ctx.exit(130 if interrupted else min(len(tally.failed), 1))
+
+
+def _suffix(purpose: str, *, is_gzipped: bool) -> str:
+    """Return the suffix of the files.
+
+    Raises:
+        InputError: they are no SVGs, and ``is_gzipped``.
+    """
+    suffix = PURPOSES[purpose].suffix
+    if not is_gzipped:
+        return suffix
+    if suffix != ".svg":
+        raise InputError("--svgz", "must be for SVGs", f"--for {purpose}, which writes {suffix}", "leave one out")
+    return ".svgz"
 
 
 def _engine(config: FitConfig, options: dict[str, Any]) -> Engine:

@@ -48,6 +48,9 @@ class ThinLineConstants:
     clean_share_min: float = 0.25
     """Share of the rows of a line, outside of crossings, that must be clean: graph paper has more than half."""
 
+    axis_unclean_min: float = 0.25
+    """Least share of the rows of a lone line that are not clean: an axis below bars has 0.6, sides of a frame 0.02."""
+
     reach_max: float = 1.5
     """A row with more than this many times the ink of the line is a crossing or a larger shape."""
 

@@ -16,6 +16,9 @@ from warpvec.flat.constants.lines import LINES
 from warpvec.flat.lines.line import DrawnLine
 from warpvec.image.oklab import to_oklab
 
+_SEEN = LINES.ink_distance / 2.0
+"""Distance in OKLab that one sees: ink is told from the paper by twice as much."""
+
 
 class Pen(NamedTuple):
     """A pen: its colour [3], sRGB-encoded, and the share of each pixel that it covers [h, w], below other pens too."""
@@ -89,11 +92,12 @@ def _colors(pixels: Floats, paper: Floats, strength: Floats) -> Floats:
             is_surface.append(is_own)
             found.append(color)
         left &= ~(near | often)
-    # What is found before a stronger colour may still be its thin lines.
+    # What is found before a stronger colour may still be its thin lines. It is more frequent, so it goes only if
+    # one does not see it beside the mixture, in a JPEG too: by the wider shades a pen could fall to a rarer one.
     kept = [
         color
         for k, (color, is_own) in enumerate(zip(found, is_surface, strict=True))
-        if is_own or not _is_thinner(color, paper, found[k + 1 :], LINES.ink_distance / 2.0)
+        if is_own or not _is_thinner(color, paper, found[k + 1 :], _SEEN)
     ]
     return np.array(kept).reshape(-1, 3)
 
@@ -107,7 +111,7 @@ def _shades(middles: Floats) -> float:
     _, counts = np.unique(np.rint(255.0 * middles), axis=0, return_counts=True)
     exact = int(np.sort(counts)[-LINES.pens_max :].sum())
     is_clean = exact >= (1.0 - LINES.misfit_share / 2.0) * len(middles)
-    return LINES.ink_distance / 2.0 if is_clean else LINES.pen_distance
+    return _SEEN if is_clean else LINES.pen_distance
 
 
 def _away(colors: Floats, color: Floats) -> Floats:

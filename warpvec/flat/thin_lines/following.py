@@ -19,7 +19,8 @@ class ThinLine(NamedTuple):
         is_level: whether x and y are exchanged.
         ink: its ink in a row, summed up [3], in levels.
         is_crisp: whether it fills whole pixels, and none beside them.
-        crossed: the share of its rows in which there is other ink, too.
+        unclean: the share of its rows that do not show the line alone: there is other ink, too, a shape hides it, or
+            its ink is off.
     """
 
     start: float
@@ -29,7 +30,7 @@ class ThinLine(NamedTuple):
     is_level: bool
     ink: Floats
     is_crisp: bool = False
-    crossed: float = 0.0
+    unclean: float = 0.0
 
     @property
     def ends(self) -> Floats:
@@ -176,7 +177,7 @@ def _followed(part: _Part, piece: Piece, is_level: bool) -> ThinLine | None:
         return None
     line = _ended(start, slope, profile, rows, clean, np.minimum(share, own), is_level)
     plain = clean[part.at(part.is_even, start, slope)[clean]]
-    line = line._replace(crossed=1.0 - len(clean) / len(rows))
+    line = line._replace(unclean=1.0 - len(clean) / len(rows))
     return _with_look(line, part, profile, clean, plain)
 
 

@@ -45,8 +45,8 @@ class _Look(NamedTuple):
 def equal_lines(lines: list[ThinLine], paper: Floats, inks: Floats) -> list[EqualLines]:
     """Return the ``lines`` that have equals on ``paper`` [3], by the colours ``inks`` [n, 3] of the picture.
 
-    There must be a few equal parallel lines, or a long one that lies in other ink for a part, as an axis below bars
-    does. Longer lines of the same look belong to them.
+    There must be a few equal parallel lines, or a long one that is not clean for a part, as an axis below bars is.
+    Longer lines of the same look belong to them.
     """
     looks = [_look(line.ink, line.slope, paper, inks) for line in lines]
     thin = [k for k in range(len(lines)) if looks[k].width <= THIN_LINES.width_max]
@@ -140,9 +140,9 @@ def _chosen(parts: list[list[ThinLine]]) -> list[list[ThinLine]]:
         return len(part) >= THIN_LINES.equals_min and part[0].length >= THIN_LINES.seed_length
 
     def is_axis(line: ThinLine) -> bool:
-        # As long as the fewest lines that are many, one after the other.
+        # As long as `equals_min` lines of `seed_length` together.
         is_long = line.length >= THIN_LINES.equals_min * THIN_LINES.seed_length
-        return is_long and line.crossed >= THIN_LINES.clean_share_min
+        return is_long and line.unclean >= THIN_LINES.axis_unclean_min
 
     if not any(is_many(part) or any(map(is_axis, part)) for part in parts):
         return []

@@ -86,6 +86,7 @@ class ForeignReader:
         painter: has the filled shapes and strokes, and the background.
         sources: for each outline of the painter the place of its shape among all that are drawn, from 0. A rectangle
             with the id "background" does not count.
+        shape_count: number of those shapes; some draw nothing.
 
     Raises:
         InputError: svgelements is missing, or the file states no size or draws too many elements.
@@ -101,7 +102,7 @@ class ForeignReader:
         self._clips = Clips(self._by_id, self.size)
         self._in_use: set[str] = set()
         self.sources: list[int] = []
-        self._shape_count = 0
+        self.shape_count = 0
         self._element_count = self._number_count = 0
         self._omitted["style rule"] += len(self._sheet.unknown)
         if self._sheet.is_empty:
@@ -157,8 +158,8 @@ class ForeignReader:
             painter.draw(name, element.attrib, state)
             for index in range(before, len(painter.outlines)):
                 painter.outlines[index] = replace(painter.outlines[index], softness=state.softness)
-                self.sources.append(self._shape_count)
-            self._shape_count += element.get("id") != "background"
+                self.sources.append(self.shape_count)
+            self.shape_count += element.get("id") != "background"
         else:
             self._visit_group(element, name, state)
         covered = painter.background is not None and background is None
