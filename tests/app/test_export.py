@@ -49,22 +49,29 @@ def undated(data: bytes) -> bytes:
     return re.sub(rb"CreationDate[^\n]*", b"", data)
 
 
+@pytest.fixture(scope="module", params=[write_shadow, write_discs])
+def drawn(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, bool]:
+    """Return a picture with its drawing beside it, and whether it has a shadow."""
+    source = request.param(tmp_path_factory.mktemp("drawn") / "picture.png")
+    invoke("run", str(source), str(source.with_name("drawing.svg")))
+    return source, request.param is write_shadow
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pdf", "eps", "dxf", "png", "svg", "xml", "jsx"])
-@pytest.mark.parametrize("write", [write_shadow, write_discs])
-def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(write, kind: str, tmp_path: Path) -> None:
+def test_a_file_of_the_page_is_that_of_the_command_with_the_same_warnings(
+    drawn: tuple[Path, bool], kind: str, tmp_path: Path
+) -> None:
     pytest.importorskip("cairosvg")
     pytest.importorskip("ezdxf")
-    source = write(tmp_path / "picture.png")
-    invoke("run", str(source), str(tmp_path / "drawing.svg"))
-    text = (tmp_path / "drawing.svg").read_text()
+    source, has_shadow = drawn
     out = tmp_path / f"drawing.{kind}"
     said = invoke("run", str(source), str(out)).output
-    made = encode(text, kind)
+    made = encode(source.with_name("drawing.svg").read_text(), kind)
     assert undated(made.data) == undated(out.read_bytes())
     stated = [line for line in said.splitlines() if line.startswith(("for ", "not kept in "))]
     assert made.losses == stated
-    assert bool(stated) == (write is write_shadow and kind in ("pdf", "eps", "dxf", "xml"))
+    assert bool(stated) == (has_shadow and kind in ("pdf", "eps", "dxf", "xml"))
 
 
 @pytest.mark.slow
