@@ -86,8 +86,8 @@ class Refine:
         is_asked = not only_adds(request.settings, start, request.goal) or self._must_change(request)
         if is_asked or self.iterations == 0 or given < found.psnr_as_fitted:
             return replace(found, start_psnr=given, condition=condition)
-        kept = found if keeps else self._as_read(request, start)  # other kinds of files are made of its scene
-        return replace(kept, start_psnr=given, condition=condition, given=read_text(self.data))
+        # Other kinds of files are made of the scene.
+        return replace(self._as_read(request, start), start_psnr=given, condition=condition, given=read_text(self.data))
 
     def _as_read(self, request: Request, start: Scene) -> Drawing:
         from warpvec.polish.whole_drawing import drawing_as_read  # loads SciPy, which a photo does not need
