@@ -22,6 +22,9 @@ sums10 = wp.types.vector(SUM_COUNT, dtype=wp.float64)
 LINE, ARC, CUBIC = 0, 1, 2
 """The kinds of parts."""
 
+SAME_QUARTER = 1e-3
+"""Quarters of a turn that count as none where an arc is drawn by a cubic for each."""
+
 
 @wp.struct
 class Rules:
@@ -34,16 +37,16 @@ class Rules:
     arc_numbers: real
     cubic_numbers: real
     is_fitted: int  # whether arcs count as the cubics that draw them
-    saved_most: real  # most that a part saves
+    saved_max: real  # most that a part saves
     kink: real  # cost of an end that is neither smooth nor a corner
     line_kink: real  # cost where two lines meet without a corner
     smooth_angle: real  # radians up to which an end is smooth, and at most, for short parts
     smooth_angle_max: real
     level_sine: real  # sine of the angle up to which a line is level or upright
     length_error: real  # largest share by which the length of a part may differ
-    sweep_most: real  # most radians that an arc turns
+    sweep_max: real  # most radians that an arc turns
     rise: real  # least rise of an arc over its chord, in pixels
-    slack: real  # numbers by which parts may cost more than cubics along each curve
+    rounding: real  # numbers by which two sums of equal prices may differ
 
 
 @wp.struct
@@ -68,7 +71,7 @@ def make_kernels() -> SimpleNamespace:
     rounding = wp.constant(real(1e-12))  # share of running sums by which they may be off
     flat = wp.constant(real(1e-9))  # share of the squared spread of points below which they lie on a line
     whole_turn, quarter_turn = wp.constant(real(2.0 * wp.pi)), wp.constant(real(0.5 * wp.pi))
-    same = wp.constant(real(1e-3))  # quarters of a turn that count as none
+    same = wp.constant(real(SAME_QUARTER))
     infinity = wp.constant(real(wp.inf))
     line, arc, cubic = wp.constant(LINE), wp.constant(ARC), wp.constant(CUBIC)
 
@@ -139,7 +142,7 @@ def make_kernels() -> SimpleNamespace:
         radius = wp.sqrt(radius_square)
         length = radius * turn
         is_long = wp.abs(length - (at.reached[last] - at.reached[first])) <= rules.length_error * length
-        if turn <= rules.sweep_most and is_long and radius * (one - wp.cos(half * turn)) >= rules.rise:
+        if turn <= rules.sweep_max and is_long and radius * (one - wp.cos(half * turn)) >= rules.rise:
             start, end = side * unit_of(start, tiny), side * unit_of(end, tiny)
             found.first_way = vec2(-start[1], start[0])
             found.last_way = vec2(-end[1], end[0])
@@ -191,7 +194,7 @@ def make_kernels() -> SimpleNamespace:
                 prices[line, pair] = infinity
                 prices[arc, pair] = infinity
                 # What costs more than cubics along each curve is never the cheapest.
-                room = by_curves + rules.slack + rules.saved_most - rules.word
+                room = by_curves + rules.rounding + rules.saved_max - rules.word
                 found = nearest_line(rules, at, begin, end, (room - rules.line_numbers) / rules.per_square)
                 if found.is_there != 0:
                     way = found.first_way

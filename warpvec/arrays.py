@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +41,11 @@ def lengths_of(vectors: Floats) -> Floats:
 def reached(points: Floats) -> Floats:
     """Return how far along a polyline each of its ``points`` [M, 2] lies [M]."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def interpolated(places: NDArray[Any], known: NDArray[Any], values: NDArray[Any]) -> Floats:
+    """Return ``values`` [N, C] at ``places`` [...], linearly between those that are ``known`` [N], as [..., C]."""
+    return np.stack([np.interp(places, known, column) for column in values.T], -1)
 
 
 def turn_between(first: Floats, second: Floats) -> Floats:

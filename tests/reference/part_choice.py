@@ -59,7 +59,7 @@ def _arc(chain: Any, rules: Any, first: int, last: int, weights: Real) -> tuple[
     side = float(np.sign(start[0] * way[1] - start[1] * way[0]))
     turn = float(side * (np.arctan2(*end[::-1]) - np.arctan2(*start[::-1])) % (2.0 * np.pi))
     length = chain.lengths[first:last].sum()
-    is_there = turn <= rules.sweep_most and abs(radius * turn - length) <= rules.length_error * radius * turn
+    is_there = turn <= rules.sweep_max and abs(radius * turn - length) <= rules.length_error * radius * turn
     if not is_there or radius * (1.0 - np.cos(turn / 2.0)) < rules.rise:
         return None
     ways = [side * np.array([-each[1], each[0]]) / np.hypot(*each) for each in (start, end)]

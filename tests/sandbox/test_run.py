@@ -1,4 +1,4 @@
-"""The child process for hostile input: its limits, its errors, and that it never stays behind."""
+"""The child process for hostile input: its limits and errors. No child stays behind."""
 
 from __future__ import annotations
 

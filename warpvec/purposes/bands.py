@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats
+from warpvec.arrays import Floats, interpolated
 from warpvec.geometry.bezier import path_boxes
 from warpvec.geometry.loops import Color, Outline, make_scene
 from warpvec.geometry.paints.registry import LINEAR, RADIAL
@@ -107,7 +107,7 @@ def _ramp(one: Scene, width: float, height: float) -> _Ramp:
     else:
         low, high = elliptic_range(loops_of(one), tuple(_axes(kind, geometry)), (width, height))
     t = np.linspace(max(low, float(offsets[0])), min(high, float(offsets[-1])), _SAMPLES)
-    shades = np.stack([np.interp(t, offsets, channel) for channel in values.T], 1)
+    shades = interpolated(t, offsets, values)
     change = np.append(0.0, _differences(shades).cumsum())
     halves = _halves(float(change[-1]), low < offsets[0], high > offsets[-1])
     places = np.minimum(np.searchsorted(change, halves), _SAMPLES - 1)

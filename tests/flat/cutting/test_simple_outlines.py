@@ -33,7 +33,7 @@ def _polygons(*loops: list[tuple[float, float]]) -> Scene:
 
 
 def _curved(*rows: tuple[float, ...]) -> Scene:
-    """Return a scene of one path of one loop of cubics, each given by its anchor and its two handles."""
+    """Return a scene of one loop. Each row of a cubic has its anchor and both handles."""
     return make_scene([Outline(np.array(rows, np.float64).reshape(-1, 2), (0.0, 0.0, 0.0), 1.0, 0)], None)
 
 

@@ -60,8 +60,8 @@ TRIED = (
     _Attempt(1.0, True), _Attempt(1.0, True), _Attempt(1.0, False), _Attempt(0.5, False),
 )  # fmt: skip
 """What the picture refuses is tried in the next way, and must be nearer where it was refused. Parts on a grid must be
-nearer from the start, as the picture says less of them. If they fit the picture but not on the grid, only those that it
-refuses leave the grid."""
+nearer from the start, as the picture says less of them. Where the picture accepts the parts, but
+refuses some on the grid, only these leave the grid."""
 
 WORTH, SHARE_MIN = 2.0, 0.1
 """A loop that says half as many numbers may cause all of the error that is allowed; none saves less than the second, as
@@ -228,7 +228,7 @@ def _mask(scene: Scene, loops: Iterable[int]) -> Mask:
 
 
 def _fitted(verdict: Verdict, chains: dict[int, Chain], said: dict[int, LoopRows], watch: Watch) -> dict[int, Chain]:
-    """Return those of ``chains`` that match the picture once their parts, as they are ``said``, are fitted to it.
+    """Return the ``chains`` whose parts match the picture: ``said`` has their rows, which are fitted to it first.
 
     A chain of other parts is off by as much as the detail: only parts of the right kinds come as near as the picture
     tells.

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, counted
+from warpvec.arrays import Floats, Integers, counted, interpolated
 from warpvec.flat import price
 from warpvec.flat.chains.chain import CURVE_POINTS_MIN, Chain, angle_between
 from warpvec.flat.chains.parts import ARC, CUBIC, LINE, unit
@@ -42,7 +42,6 @@ REACH = 4.0
 
 SWEEP_MAX = np.radians(330.0)
 """Most that an arc turns. Whole circles are forms."""
-
 
 RISE = 3.0
 """Least rise of an arc over its chord, in deviations of places: with less it may be a line that is off at its ends."""
@@ -124,7 +123,7 @@ def _rules(chain: Chain, spread: float, number_nats: float) -> Any:
     """Return what parts of ``chain`` cost, as kernels take it; see `chosen_parts`."""
     rules = Rules()
     rules.spread, rules.per_square = spread, 1.0 / (2.0 * spread**2 * REACH * number_nats)
-    rules.word, rules.saved_most, rules.slack = WORD, SAVED_MAX, ROUNDING
+    rules.word, rules.saved_max, rules.rounding = WORD, SAVED_MAX, ROUNDING
     rules.line_numbers, rules.arc_numbers, rules.cubic_numbers = NUMBERS
     # A traced outline is fitted next, and a fit knows no arcs.
     rules.is_fitted = chain.is_traced
@@ -132,7 +131,7 @@ def _rules(chain: Chain, spread: float, number_nats: float) -> Any:
     rules.line_kink = KINK + SAVED_MAX
     rules.smooth_angle, rules.smooth_angle_max = np.radians([SMOOTH_DEGREES, SMOOTH_DEGREES_MAX]).tolist()
     rules.level_sine = np.sin(np.radians(LEVEL_DEGREES))
-    rules.length_error, rules.sweep_most, rules.rise = LENGTH_ERROR, SWEEP_MAX, RISE * spread
+    rules.length_error, rules.sweep_max, rules.rise = LENGTH_ERROR, SWEEP_MAX, RISE * spread
     return rules
 
 
@@ -216,7 +215,7 @@ def _joined(chain: Chain, first: Integers, last: Integers) -> tuple[Floats, Floa
     share = (np.arange(JOINED_SAMPLES) + 0.5) / JOINED_SAMPLES
     length = chain.length_between(first, last)
     place = chain.reached[first][:, None] + share * length[:, None]
-    points = np.stack([np.interp(place, chain.reached, chain.points[:, k]) for k in (0, 1)], 2)
+    points = interpolated(place, chain.reached, chain.points)
     shared = np.interp(place, chain.reached, chain.shared_parameters)
     begin, end = (chain.shared_parameters[each][:, None] for each in (first, last))
     parameters = (shared - begin) / (end - begin)

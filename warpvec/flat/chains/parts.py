@@ -10,10 +10,11 @@ import math
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, lengths_of
+from warpvec.arrays import Floats, lengths_of
 from warpvec.flat.simplification.outline_samples import cubic_points, cubic_slopes
+from warpvec.kernels import part_choice
 
-LINE, ARC, CUBIC = 0, 1, 2
+LINE, ARC, CUBIC = part_choice.LINE, part_choice.ARC, part_choice.CUBIC
 """The kinds of parts."""
 
 SIZES = {LINE: 4, ARC: 5, CUBIC: 8}
@@ -73,7 +74,7 @@ def rows_of(kind: int, numbers: Floats) -> Floats:
     if kind == LINE or abs(numbers[4]) < _FLAT:
         return np.stack([start, start + (end - start) / 3.0, start + (end - start) * (2.0 / 3.0)])[None]
     half = 2.0 * math.atan(numbers[4])
-    count = int(quarters_of(numbers[4:])[0])
+    count = _quarters_of(float(numbers[4]))
     t = np.arange(count + 1) / count
     share = np.sin(half * t) / math.sin(half)
     nodes = start + share[:, None] * turned((end - start)[None], half * (t - 1.0))
@@ -83,10 +84,9 @@ def rows_of(kind: int, numbers: Floats) -> Floats:
     return np.stack([nodes[:-1], nodes[:-1] + reach * ways[:-1], nodes[1:] - reach * ways[1:]], 1)
 
 
-def quarters_of(bulge: Floats) -> Integers:
-    """Return how many quarters of a turn arcs with this ``bulge`` [B] begin, at least one."""
-    turn = 4.0 * np.abs(np.arctan(bulge))
-    return np.maximum(np.ceil(turn / (np.pi / 2.0) - 1e-3).astype(np.int64), 1)
+def _quarters_of(bulge: float) -> int:
+    """Return how many quarters of a turn an arc with this ``bulge`` begins, at least one, as kernels count them."""
+    return max(math.ceil(4.0 * math.atan(abs(bulge)) / (math.pi / 2.0) - part_choice.SAME_QUARTER), 1)
 
 
 def turned(vectors: Floats, angle: Floats) -> Floats:

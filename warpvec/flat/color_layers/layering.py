@@ -28,7 +28,7 @@ dark brown is nearest to "darkslategray", as dark colours have little chroma."""
 
 
 def layered(scene: Scene, height: int, width: int, *, joins_shades: bool = True) -> tuple[Scene, dict[int, str]]:
-    """Return ``scene`` with its paths in layers of one colour each, which are its generations, and the layers' names.
+    """Return ``scene`` with its paths in layers of one colour each, and the names of the layers by their generations.
 
     Paths that overlap keep their order, so that the picture of ``height`` x ``width`` pixels stays the same. A colour
     has more than one layer only if this order asks for it.

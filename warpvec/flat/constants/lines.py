@@ -135,7 +135,7 @@ class LineConstants:
     """An end so near to another line, in widths, lies on it: it is deep in the ink of both."""
 
     attached_reach: float = 1.0
-    """The same for an end that lay on another line before the fit, which does not see where it ends."""
+    """The same for an end that lay on another line before the fit. The fit does not see where such a line ends."""
 
     ahead_px: float = 0.5
     """Largest distance to the side in pixels at which another line is straight ahead."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from warpvec.arrays import Floats, Integers, Mask, blocks
+from warpvec.arrays import Floats, Integers, Mask, blocks, interpolated
 from warpvec.flat.constants.curves import CURVES
 from warpvec.flat.curves.stroke_ends import stroke_ends
 
@@ -60,7 +60,7 @@ def sample_loops(loops: Sequence[Floats]) -> Samples:
         length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
         count = max(CURVES.sample_count_min, round(length[-1] / CURVES.sample_step))
         places = np.arange(count) * (length[-1] / count)
-        parts.append(np.stack([np.interp(places, length, closed[:, k]) for k in (0, 1)], 1))
+        parts.append(interpolated(places, length, closed))
         steps.append(length[-1] / count)
     first = np.concatenate([[0], np.cumsum([len(part) for part in parts])]).astype(np.int64)
     return Samples(np.concatenate(parts), first, np.array(steps))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask
+from warpvec.arrays import Floats, Integers, Mask, interpolated
 from warpvec.flat.constants.cutting import CUTTING
 from warpvec.flat.cutting.planar_map import PlanarMap
 
@@ -78,4 +78,4 @@ def _walked(points: list[Floats], reach: float) -> Floats:
     line = np.array(points)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     steps = np.arange(0.0, min(along[-1], reach), CUTTING.spur_step)
-    return np.stack([np.interp(steps, along, axis) for axis in line.T], 1)
+    return interpolated(steps, along, line)

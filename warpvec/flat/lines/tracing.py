@@ -135,7 +135,7 @@ def _as_designed(lines: list[DrawnLine], critic: Critic, watch: Watch) -> list[D
 
 
 def _as_form(line: DrawnLine, detail: float) -> DrawnLine:
-    """Return a ``line`` as the circle, ellipse or rectangle that it is, if it is closed and is one."""
+    """Return a closed ``line`` that is a circle, an ellipse or a rectangle as that form; others stay."""
     form = None if line.rows.is_open else form_of_line(line.rows, [], line.width, detail)
     if form is None:
         return line

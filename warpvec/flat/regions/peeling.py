@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from warpvec.arrays import Mask, Places
+from warpvec.arrays import Mask, Places, interpolated
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.flat.regions.ramp_directions import Direction, block_slopes, directions_from, refined
 from warpvec.flat.regions.ramp_fitting import Ramp, ramp_along
@@ -76,7 +76,7 @@ def _differences(direction: Direction, points: Floats, colors: Floats, shown: Ma
     """Return by how much each pixel [N] differs from the usual colour at its place among those ``shown``."""
     places = direction.places(points)
     knots, usual = _usual_colors(places[shown], colors[shown])
-    profile = np.stack([np.interp(places, knots, column) for column in usual.T], 1)
+    profile = interpolated(places, knots, usual)
     return np.abs(colors - profile).max(1)
 
 

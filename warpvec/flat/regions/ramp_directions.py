@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from warpvec.arrays import interpolated
 from warpvec.flat.constants.regions import REGIONS
 from warpvec.geometry.paints.registry import ELLIPTIC, LINEAR, RADIAL
 
@@ -217,9 +218,7 @@ def _profile(places: Floats, colors: Floats) -> tuple[Floats, Floats]:
     """Return the mean colours [N, D] at ``places`` [N] and how they change per pixel [N, D]."""
     knots, means = binned(places, colors, REGIONS.profile_bins)[:2]
     slopes = np.gradient(means, knots, axis=0) if len(knots) > 1 else np.zeros_like(means)
-    columns = range(colors.shape[1])
-    profile = np.stack([np.interp(places, knots, means[:, column]) for column in columns], 1)
-    return profile, np.stack([np.interp(places, knots, slopes[:, column]) for column in columns], 1)
+    return interpolated(places, knots, means), interpolated(places, knots, slopes)
 
 
 def unevenness(direction: Direction, points: Floats, colors: Floats) -> float:
@@ -227,7 +226,7 @@ def unevenness(direction: Direction, points: Floats, colors: Floats) -> float:
     bins = int(np.clip(len(points) // REGIONS.bin_area, 1, REGIONS.profile_bins))
     places = direction.places(points)
     knots, means, _ = binned(places, colors, bins)
-    profile = np.stack([np.interp(places, knots, column) for column in means.T], 1)
+    profile = interpolated(places, knots, means)
     return float(np.sqrt(((colors - profile) ** 2).sum() / ((len(points) - bins + 1) * colors.shape[1])))
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpvec.arrays import Floats, Integers, Mask, counted, reached
+from warpvec.arrays import Floats, Integers, Mask, counted, interpolated, reached
 from warpvec.flat.chains.chain import Chain
 from warpvec.flat.chains.grid import arcs_among
 from warpvec.flat.chains.saying import said_rows
@@ -127,7 +127,7 @@ def resampled(line: Line) -> Floats:
     along = reached(points)
     count = max(round(along[-1] / STROKES.step), 1)
     places = np.linspace(0.0, along[-1], count + 1)
-    found = np.stack([np.interp(places, along, points[:, k]) for k in (0, 1)], 1)
+    found = interpolated(places, along, points)
     return found[:-1] if line.is_closed else found
 
 
@@ -259,7 +259,7 @@ def _short_curves(points: Floats, nodes: _Nodes) -> Floats:
     first, last = nodes.place[:-1], nodes.place[1:]
     share = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, (len(first), 1))
     place = first[:, None] + share * (last - first)[:, None]
-    inner = np.stack([np.interp(place, np.arange(len(points)), points[:, k]) for k in (0, 1)], 2)
+    inner = interpolated(place, np.arange(len(points)), points)
     directions = np.stack([nodes.after[:-1], -nodes.before[1:]], 1)
     start, end = points[first], points[last]
     handles = fit_lengths(start, end, directions, inner, share).handles

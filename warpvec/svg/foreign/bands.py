@@ -16,6 +16,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from warpvec.arrays import interpolated
 from warpvec.geometry.loops import Color, OutlineGradient, OutlineStop
 from warpvec.geometry.paints.kind import GradientKind
 from warpvec.geometry.paints.registry import ELLIPTIC, LINEAR, RADIAL, kind_of
@@ -188,7 +189,7 @@ def _fitted(ramp: ColorRamp, low: float, high: float, budget: WorkBudget) -> tup
     has_free_start = kind_of(ramp.kind).has_free_start
     low = low if has_free_start else 0.0
     t = np.linspace(low, high, _SAMPLES)
-    shown = np.stack([np.interp(t, ramp.offsets, channel) for channel in ramp.colors.T], 1)
+    shown = interpolated(t, ramp.offsets, ramp.colors)
     weight = np.ones((len(t), 1)) if has_free_start else np.sqrt(t / t[-1])[:, None]
     inner = np.unique(ramp.offsets[(ramp.offsets > low) & (ramp.offsets < high)])[:_ENDS_MAX]
     fit_count = math.comb(len(inner) + 2, 2) if has_free_start else len(inner) + 1
