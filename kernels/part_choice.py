@@ -103,8 +103,8 @@ def make_kernels() -> SimpleNamespace:
             angle = half * wp.atan2(b, difference)
             way = vec2(wp.cos(angle), wp.sin(angle))
             total = at.sums[last]
-            if a + c <= rounding * (one + total[3] + total[5]):  # one place has no direction
-                way = unit_of(chord, tiny)
+            if a + c <= rounding * (one + total[3] + total[5]):
+                way = vec2(zero, zero)  # one place has no direction, so nothing goes on in it
             way = wp.where(wp.dot(way, chord) < least, -way, way)
             found.first_way = way
             found.last_way = way
@@ -198,7 +198,7 @@ def make_kernels() -> SimpleNamespace:
                 found = nearest_line(rules, at, begin, end, (room - rules.line_numbers) / rules.per_square)
                 if found.is_there != 0:
                     way = found.first_way
-                    is_level = wp.min(wp.abs(way[0]), wp.abs(way[1])) <= rules.level_sine
+                    is_level = wp.min(wp.abs(way[0]), wp.abs(way[1])) <= rules.level_sine and wp.length(way) > half
                     words = ends_words(rules, at, begin, end, way, way, is_level)
                     prices[line, pair] = found.square * rules.per_square + rules.word + rules.line_numbers + words
                 found = nearest_arc(rules, at, begin, end, (room - rules.arc_numbers) / rules.per_square)

@@ -21,11 +21,11 @@ def prices(chain: Any, rules: Any, first: int, last: int) -> tuple[float, float,
         return found[0], found[1], found[2]
     chord, length = chain.points[last] - chain.points[first], chain.lengths[first:last].sum()
     is_place = np.ptp(at[weights > 0.0], axis=0).max() < 1e-6
-    way, square = (chord / max(np.hypot(*chord), 1e-9), 0.0) if is_place else _line(at, weights)
+    way, square = (np.zeros(2), 0.0) if is_place else _line(at, weights)  # one place has no direction
     if np.hypot(*chord) >= (1.0 - rules.length_error) * length:
         way = way * (1.0 if way @ chord >= 0.0 else -1.0)
         saved, paid = _ends(chain, rules, first, last, (way, way))
-        saved = max(saved, float(np.abs(way).min() <= rules.level_sine))
+        saved = max(saved, float(np.abs(way).min() <= rules.level_sine and not is_place))
         found[0] = square * rules.per_square + rules.word + rules.line_numbers - saved + paid
     arc = _arc(chain, rules, first, last, weights)
     if arc is not None:
